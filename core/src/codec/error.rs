@@ -1,0 +1,92 @@
+//! Errors of codecs, split by who is at fault: the configuration, the input, or the stream.
+
+use crate::container::ContainerError;
+use crate::volume::SourceError;
+
+/// The settings are wrong: the user's fault, to be mended in the configuration.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ConfigError {
+    /// The codec has no such setting.
+    #[error("codec `{codec}` has no setting `{name}`; it has: {known}")]
+    UnknownSetting {
+        /// Codec id.
+        codec: String,
+        /// The unknown name.
+        name: String,
+        /// Known names.
+        known: String,
+    },
+    /// The value is not allowed.
+    #[error("`{name} = {value}` of codec `{codec}`: expected {expected}")]
+    Value {
+        /// Codec id.
+        codec: String,
+        /// Setting.
+        name: String,
+        /// Value as written.
+        value: String,
+        /// What is allowed.
+        expected: String,
+    },
+    /// Two settings exclude each other.
+    #[error("{0}")]
+    Contradiction(String),
+    /// An encoder was asked for with settings that [`super::Settings::complete`] has not seen.
+    #[error("setting `{0}` is missing: complete the settings with the codec's defaults first")]
+    Incomplete(String),
+}
+
+/// Encoding failed.
+#[derive(Debug, thiserror::Error)]
+pub enum EncodeError {
+    /// This codec cannot encode such a volume; the message says what it can.
+    #[error("{0}")]
+    Unsupported(String),
+    /// Reading the input failed.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// Writing the stream failed.
+    #[error(transparent)]
+    Container(#[from] ContainerError),
+    /// The user asked to stop.
+    #[error("encoding was cancelled")]
+    Cancelled,
+}
+
+impl From<super::Cancelled> for EncodeError {
+    fn from(_: super::Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+/// Decoding failed: the stream is at fault, or was asked for something it does not hold.
+#[derive(Debug, thiserror::Error)]
+pub enum DecodeError {
+    /// The container lacks something or is of the wrong type.
+    #[error(transparent)]
+    Container(#[from] ContainerError),
+    /// The stream contradicts itself.
+    #[error("corrupt stream: {0}")]
+    Corrupt(String),
+    /// The stream was written by a later version of the codec.
+    #[error("codec `{codec}` reads streams up to version {known}; this one has version {found}")]
+    Version {
+        /// Codec id.
+        codec: String,
+        /// Highest version this codec reads.
+        known: u32,
+        /// Version of the stream.
+        found: u32,
+    },
+    /// The brick lies outside the volume, or the level does not exist.
+    #[error("no such brick: {0}")]
+    NoSuchBrick(String),
+    /// A frame that this one depends on was not handed in.
+    #[error("frame {frame} needs the decoded frame {missing}")]
+    MissingReference {
+        /// The frame to decode.
+        frame: u32,
+        /// The frame that it needs.
+        missing: u32,
+    },
+}

@@ -1,0 +1,79 @@
+//! What a codec says of itself.
+
+use super::{Setting, SettingValue, Settings};
+use serde::{Deserialize, Serialize};
+
+/// Where voxels are decoded.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Site {
+    /// In the shader, at every fetch.
+    Inline,
+    /// On the CPU, into a texture.
+    Host,
+}
+
+impl Site {
+    /// All sites that a pipeline may name.
+    pub const ALL: [Self; 2] = [Self::Inline, Self::Host];
+
+    /// Name used in TOML and in records.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Inline => "inline",
+            Self::Host => "host",
+        }
+    }
+}
+
+impl std::fmt::Display for Site {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The publication that a codec follows.
+#[derive(Copy, Clone, Debug)]
+pub struct Paper {
+    /// Authors.
+    pub authors: &'static str,
+    /// Title.
+    pub title: &'static str,
+    /// Venue and year.
+    pub venue: &'static str,
+}
+
+/// Identity, capabilities and settings of a codec.
+#[derive(Clone, Debug)]
+pub struct CodecInfo {
+    /// Folder name, WGSL prefix and TOML name: lower-case letters and digits.
+    pub id: &'static str,
+    /// One line for lists.
+    pub summary: &'static str,
+    /// Version of the stream that the encoder writes; decoders read it and all earlier ones.
+    pub stream_version: u32,
+    /// Where its volumes can be decoded.
+    pub sites: &'static [Site],
+    /// Whether the snippet declares `<id>_fetch_cell`, which filter `optimised-linear` needs.
+    pub fetch_cell: bool,
+    /// What it follows.
+    pub paper: Option<Paper>,
+    /// Its settings with their defaults, in the order in which they are shown.
+    pub settings: &'static [Setting],
+}
+
+impl CodecInfo {
+    /// The settings with every default.
+    #[must_use]
+    pub fn default_settings(&self) -> Settings {
+        self.settings.iter().map(|s| (s.name.to_owned(), SettingValue::from(s.default))).collect()
+    }
+
+    /// The setting of this name.
+    #[must_use]
+    pub fn setting(&self, name: &str) -> Option<&Setting> {
+        self.settings.iter().find(|s| s.name == name)
+    }
+}

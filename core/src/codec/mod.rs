@@ -1,0 +1,114 @@
+//! What a codec is: an encoder, a decoder, and a few lines of WGSL.
+
+mod block;
+mod encode;
+mod error;
+mod info;
+mod registry;
+mod settings;
+mod shader_decode;
+
+pub use block::Block;
+pub use encode::{Cancelled, EncodeReport, Encoder, Progress};
+pub use error::{ConfigError, DecodeError, EncodeError};
+pub use info::{CodecInfo, Paper, Site};
+pub use registry::{Registry, RegistryError};
+pub use settings::{Setting, SettingKind, SettingValue, Settings};
+pub use shader_decode::{
+    Agreement, Constant, ConstantValue, DecodedForm, Resource, ShaderDecode, TexelFormat, WgslModule,
+};
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use crate::container::EncodedVolume;
+use crate::volume::{BrickKey, Dependencies, FrameIndex, ReferenceFrames, ValueRange, VolumeLayout};
+
+/// A compression method for volumes.
+pub trait Codec: Send + Sync + Debug {
+    /// Identity, capabilities and the schema of the settings.
+    fn info(&self) -> &CodecInfo;
+
+    /// An encoder with these settings, which are complete (defaults filled in) and of the declared kinds.
+    ///
+    /// # Errors
+    /// When settings contradict each other.
+    fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError>;
+
+    /// A decoder from the stream alone: every parameter it needs is in there.
+    ///
+    /// # Errors
+    /// When tensors are missing, of the wrong type or size, or parameters contradict them.
+    fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError>;
+}
+
+/// Decodes one stream on the CPU. Stateless: references come in, order cannot matter. The CPU decoder
+/// *defines* the codec; its shader is held to it by parity tests.
+pub trait Decoder: Send + Sync + Debug {
+    /// Shape of the decoded volume.
+    fn layout(&self) -> &VolumeLayout;
+
+    /// Frames that must be at hand before `frame` decodes.
+    fn dependencies(&self, _frame: FrameIndex) -> Dependencies {
+        Dependencies::Intra
+    }
+
+    /// Decodes a box of voxels into `out` (x fastest, channels interleaved), in data units. Any box that lies
+    /// inside the volume is allowed, a single voxel too.
+    ///
+    /// # Errors
+    /// When the key lies outside, a level does not exist, a reference is missing or the stream is corrupt.
+    ///
+    /// # Panics
+    /// When `out` has not exactly region voxels × channels elements.
+    fn decode_brick(
+        &self,
+        key: BrickKey,
+        references: &dyn ReferenceFrames,
+        out: &mut [f32],
+    ) -> Result<(), DecodeError>;
+
+    /// A range that holds every *decoded* value of the box (all channels), if the codec knows one without
+    /// decoding; it may be wider than the tightest.
+    fn value_range(&self, _key: BrickKey) -> Option<ValueRange> {
+        None
+    }
+
+    /// The smallest texel that holds decoded values without loss.
+    fn decoded_form(&self) -> DecodedForm {
+        DecodedForm::FLOAT32
+    }
+
+    /// How a shader decodes one voxel, if it can.
+    fn shader(&self) -> Option<&dyn ShaderDecode> {
+        None
+    }
+}
+
+/// Decodes a whole frame, bricks in parallel.
+///
+/// # Errors
+/// As [`Decoder::decode_brick`].
+pub fn decode_frame(
+    decoder: &dyn Decoder,
+    frame: FrameIndex,
+    references: &dyn ReferenceFrames,
+) -> Result<Vec<f32>, DecodeError> {
+    use rayon::prelude::*;
+
+    use crate::volume::{Extent, Region};
+
+    let layout = decoder.layout();
+    let [x, y, z] = layout.extent.to_array();
+    let slab = x as usize * y as usize * layout.channels as usize;
+    let mut out = vec![0.0; slab * z as usize];
+    // Slabs of 8 slices are contiguous in memory, so that each thread writes its own part of the output.
+    const SLICES: u32 = 8;
+    out.par_chunks_mut(slab * SLICES as usize).enumerate().try_for_each(|(i, out)| {
+        let slices = (out.len() / slab) as u32;
+        let extent = Extent::new(x, y, slices).map_err(|e| DecodeError::Corrupt(e.to_string()))?;
+        let region = Region { origin: [0, 0, i as u32 * SLICES], extent };
+        decoder.decode_brick(BrickKey::full(frame, region), references, out)
+    })?;
+    Ok(out)
+}

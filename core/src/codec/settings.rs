@@ -1,0 +1,257 @@
+//! Settings of a codec: a schema that is checked before an encoder sees a value.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Block, ConfigError};
+
+/// What values a setting takes.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum SettingKind {
+    /// Whole number within bounds.
+    Integer {
+        /// Lowest.
+        min: i64,
+        /// Highest.
+        max: i64,
+    },
+    /// One of these whole numbers.
+    OneOf(&'static [i64]),
+    /// Number within bounds.
+    Float {
+        /// Lowest.
+        min: f64,
+        /// Highest.
+        max: f64,
+    },
+    /// One of these words; a number whose text is listed counts as that word.
+    Choice(&'static [&'static str]),
+    /// `true` or `false`.
+    Boolean,
+    /// A [`Block`]: an edge length or `"XxYxZ"`, each axis at most `max`.
+    Block {
+        /// Longest axis.
+        max: u32,
+    },
+}
+
+/// One setting in a codec's schema.
+#[derive(Copy, Clone, Debug)]
+pub struct Setting {
+    /// TOML key, in snake case.
+    pub name: &'static str,
+    /// What it does, with unit.
+    pub doc: &'static str,
+    /// Allowed values.
+    pub kind: SettingKind,
+    /// Default, as it would be written in a settings list (`16`, `native`).
+    pub default: &'static str,
+}
+
+/// Value of a setting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum SettingValue {
+    /// `true` or `false`.
+    Boolean(bool),
+    /// A whole number.
+    Integer(i64),
+    /// A number.
+    Float(f64),
+    /// A word, or a block size such as `8x8x4`.
+    Text(String),
+}
+
+impl From<&str> for SettingValue {
+    /// Reads a value as it stands on a command line: boolean, integer, float, else text.
+    fn from(text: &str) -> Self {
+        if let Ok(b) = text.parse() {
+            Self::Boolean(b)
+        } else if let Ok(i) = text.parse() {
+            Self::Integer(i)
+        } else if let Ok(f) = text.parse() {
+            Self::Float(f)
+        } else {
+            Self::Text(text.to_owned())
+        }
+    }
+}
+
+impl fmt::Display for SettingValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Boolean(b) => write!(f, "{b}"),
+            Self::Integer(i) => write!(f, "{i}"),
+            Self::Float(x) => write!(f, "{x}"),
+            Self::Text(t) => f.write_str(t),
+        }
+    }
+}
+
+impl SettingKind {
+    /// What is allowed, in words: `an integer from 1 to 8`.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let list = |items: Vec<String>| match items.as_slice() {
+            [.., last] if items.len() > 1 => format!("{} or {last}", items[..items.len() - 1].join(", ")),
+            _ => items.concat(),
+        };
+        match self {
+            Self::Integer { min, max } => format!("an integer from {min} to {max}"),
+            Self::OneOf(numbers) => list(numbers.iter().map(ToString::to_string).collect()),
+            Self::Float { min, max } => format!("a number from {min} to {max}"),
+            Self::Choice(words) => list(words.iter().map(|w| format!("\"{w}\"")).collect()),
+            Self::Boolean => "true or false".to_owned(),
+            Self::Block { max } => {
+                format!("a block edge (8) or a block size (\"8x8x4\"), each axis 1 to {max}")
+            }
+        }
+    }
+
+    /// The value in its canonical form (a block as text, a listed word as text), so that equal settings
+    /// compare and print equal; `None` when it is not allowed.
+    #[must_use]
+    pub fn canonical(&self, value: &SettingValue) -> Option<SettingValue> {
+        use SettingValue as V;
+        match (self, value) {
+            (Self::Integer { min, max }, V::Integer(i)) => (min <= i && i <= max).then_some(V::Integer(*i)),
+            (Self::OneOf(numbers), V::Integer(i)) => numbers.contains(i).then_some(V::Integer(*i)),
+            (Self::Float { min, max }, V::Float(x)) => (min <= x && x <= max).then_some(V::Float(*x)),
+            (Self::Float { min, max }, V::Integer(i)) => {
+                let x = *i as f64;
+                (*min <= x && x <= *max).then_some(V::Float(x))
+            }
+            (Self::Choice(words), value) => {
+                let text = value.to_string();
+                words.contains(&text.as_str()).then_some(V::Text(text))
+            }
+            (Self::Boolean, V::Boolean(b)) => Some(V::Boolean(*b)),
+            (Self::Block { max }, V::Integer(_) | V::Text(_)) => {
+                let block: Block = value.to_string().parse().ok()?;
+                let fits = block.0.to_array().iter().all(|a| a <= max);
+                fits.then(|| V::Text(block.to_string()))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// A complete or partial set of settings, in alphabetical order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Settings(BTreeMap<String, SettingValue>);
+
+impl Settings {
+    /// Sets one value, replacing an earlier one.
+    pub fn set(&mut self, name: &str, value: SettingValue) {
+        self.0.insert(name.to_owned(), value);
+    }
+
+    /// The value of a setting, if it is set.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&SettingValue> {
+        self.0.get(name)
+    }
+
+    /// Names and values in alphabetical order.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &SettingValue)> {
+        self.0.iter().map(|(k, v)| (k.as_str(), v))
+    }
+
+    /// Fills in the defaults of a codec and brings every value into canonical form.
+    ///
+    /// # Errors
+    /// When a setting is unknown to the codec, or a value is not allowed.
+    pub fn complete(&self, info: &super::CodecInfo) -> Result<Self, ConfigError> {
+        let known = || info.settings.iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
+        if let Some((name, _)) = self.iter().find(|(n, _)| info.setting(n).is_none()) {
+            return Err(ConfigError::UnknownSetting {
+                codec: info.id.to_owned(),
+                name: name.to_owned(),
+                known: known(),
+            });
+        }
+        let mut complete = Self::default();
+        for setting in info.settings {
+            let value = self.get(setting.name).cloned().unwrap_or_else(|| setting.default.into());
+            let canonical = setting.kind.canonical(&value).ok_or_else(|| ConfigError::Value {
+                codec: info.id.to_owned(),
+                name: setting.name.to_owned(),
+                value: value.to_string(),
+                expected: setting.kind.describe(),
+            })?;
+            complete.set(setting.name, canonical);
+        }
+        Ok(complete)
+    }
+
+    /// A whole number.
+    ///
+    /// # Errors
+    /// When the setting is absent or of another kind (settings were not completed).
+    pub fn integer(&self, name: &str) -> Result<i64, ConfigError> {
+        match self.get(name) {
+            Some(SettingValue::Integer(i)) => Ok(*i),
+            _ => Err(ConfigError::Incomplete(name.to_owned())),
+        }
+    }
+
+    /// A number.
+    ///
+    /// # Errors
+    /// As [`Settings::integer`].
+    pub fn float(&self, name: &str) -> Result<f64, ConfigError> {
+        match self.get(name) {
+            Some(SettingValue::Float(x)) => Ok(*x),
+            _ => Err(ConfigError::Incomplete(name.to_owned())),
+        }
+    }
+
+    /// `true` or `false`.
+    ///
+    /// # Errors
+    /// As [`Settings::integer`].
+    pub fn boolean(&self, name: &str) -> Result<bool, ConfigError> {
+        match self.get(name) {
+            Some(SettingValue::Boolean(b)) => Ok(*b),
+            _ => Err(ConfigError::Incomplete(name.to_owned())),
+        }
+    }
+
+    /// A word.
+    ///
+    /// # Errors
+    /// As [`Settings::integer`].
+    pub fn text(&self, name: &str) -> Result<&str, ConfigError> {
+        match self.get(name) {
+            Some(SettingValue::Text(t)) => Ok(t),
+            _ => Err(ConfigError::Incomplete(name.to_owned())),
+        }
+    }
+
+    /// A block size.
+    ///
+    /// # Errors
+    /// As [`Settings::integer`].
+    pub fn block(&self, name: &str) -> Result<Block, ConfigError> {
+        self.text(name)?.parse().map_err(|_| ConfigError::Incomplete(name.to_owned()))
+    }
+}
+
+impl FromIterator<(String, SettingValue)> for Settings {
+    fn from_iter<I: IntoIterator<Item = (String, SettingValue)>>(iter: I) -> Self {
+        Self(iter.into_iter().collect())
+    }
+}
+
+impl fmt::Display for Settings {
+    /// `block=8 index_bits=4`, as records and labels show it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, (name, value)) in self.iter().enumerate() {
+            write!(f, "{}{name}={value}", if i > 0 { " " } else { "" })?;
+        }
+        Ok(())
+    }
+}

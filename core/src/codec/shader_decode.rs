@@ -1,0 +1,118 @@
+//! How a shader decodes one voxel: a snippet of WGSL, constants, and buffers of words.
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
+use super::DecodeError;
+use crate::volume::FrameIndex;
+
+/// The decode side of a codec in WGSL.
+pub trait ShaderDecode: Send + Sync {
+    /// The snippet and its constants.
+    fn module(&self) -> WgslModule<'_>;
+
+    /// How closely the shader follows the CPU decoder.
+    fn agreement(&self) -> Agreement;
+
+    /// The buffers of one frame, in the order in which they are bound.
+    ///
+    /// # Errors
+    /// When the stream lacks one.
+    fn resources(&self, frame: FrameIndex) -> Result<Vec<Resource<'_>>, DecodeError>;
+}
+
+/// A snippet: it declares `<id>_fetch(p: vec3<i32>) -> vec4<f32>` (p in bounds; a scalar in `.x`), optionally
+/// `<id>_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8>` (the corners of the cell from `p` to
+/// `q`, both in bounds, `q` = `p` or `p + 1` per axis; corner `i` takes x from bit 0, y from bit 1, z from
+/// bit 2 of `i`), and only names that begin with `<id>_`. It has no `@group`.
+#[derive(Clone, Debug)]
+pub struct WgslModule<'a> {
+    /// Path of the snippet as its author knows it; errors name it.
+    pub file: &'a str,
+    /// The text.
+    pub source: &'a str,
+    /// Constants that the generator declares as `<id>_<name>`.
+    pub constants: Vec<Constant>,
+}
+
+/// A named constant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant {
+    /// Name without the codec's prefix.
+    pub name: &'static str,
+    /// Value.
+    pub value: ConstantValue,
+}
+
+/// Value of a [`Constant`].
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum ConstantValue {
+    /// `u32`
+    U32(u32),
+    /// `f32`; must be finite.
+    F32(f32),
+    /// `vec3<u32>`
+    Vec3U32([u32; 3]),
+}
+
+/// A buffer of 32-bit words, read in the snippet through `<id>_<name>(i: u32) -> u32`. The generator may split
+/// it over several bindings; the snippet cannot tell.
+#[derive(Clone, Debug)]
+pub struct Resource<'a> {
+    /// Name without the codec's prefix.
+    pub name: &'static str,
+    /// The words; an empty buffer is bound as one zero word.
+    pub words: Cow<'a, [u32]>,
+}
+
+/// Agreement of shader and CPU decoder.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Agreement {
+    /// Bit for bit (zeros of either sign are equal).
+    Exact,
+    /// Within this many units in the last place of the largest magnitude in the decoder's `value_range` of the
+    /// voxel (of the value itself where the decoder knows no range): a sum that cancels cannot promise more.
+    Ulp(u32),
+}
+
+/// Format of one texel.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TexelFormat {
+    /// 8 bits over 0..1.
+    Unorm8,
+    /// 16 bits over 0..1.
+    Unorm16,
+    /// IEEE half.
+    Float16,
+    /// IEEE single.
+    Float32,
+}
+
+impl TexelFormat {
+    /// Bytes per channel.
+    #[must_use]
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::Unorm8 => 1,
+            Self::Unorm16 | Self::Float16 => 2,
+            Self::Float32 => 4,
+        }
+    }
+}
+
+/// How decoded values sit in a texel: `value = offset + scale · texel`, where a unorm texel reads as 0..1.
+#[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DecodedForm {
+    /// Texel format.
+    pub format: TexelFormat,
+    /// Data units per texel unit.
+    pub scale: f32,
+    /// Value of texel 0.
+    pub offset: f32,
+}
+
+impl DecodedForm {
+    /// The value itself, in single precision.
+    pub const FLOAT32: Self = Self { format: TexelFormat::Float32, scale: 1.0, offset: 0.0 };
+}

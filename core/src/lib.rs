@@ -1,0 +1,8 @@
+//! The abstractions of `cvr`: volumes, codecs, containers, shader generation, render plans, metrics.
+//!
+//! The way of the data: input → encode → container → plan → shader → image → metrics → report. This crate knows
+//! naga (to check shaders) and never wgpu (to run them).
+
+pub mod codec;
+pub mod container;
+pub mod volume;

@@ -1,0 +1,77 @@
+//! Boxes of voxels and the key by which a decoder is asked for one.
+
+use super::{Extent, FrameIndex};
+
+/// A box of voxels: `origin` inclusive, `extent` voxels along each axis.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Region {
+    /// Lowest voxel of the box.
+    pub origin: [u32; 3],
+    /// Size of the box.
+    pub extent: Extent,
+}
+
+impl Region {
+    /// The box from the origin that covers `extent`.
+    #[must_use]
+    pub const fn whole(extent: Extent) -> Self {
+        Self { origin: [0; 3], extent }
+    }
+
+    /// The single voxel `p`.
+    #[must_use]
+    pub const fn voxel(p: [u32; 3]) -> Self {
+        Self { origin: p, extent: Extent::ONE }
+    }
+
+    /// Whether the box lies inside a volume of size `extent`.
+    #[must_use]
+    pub fn fits(&self, extent: Extent) -> bool {
+        (0..3).all(|a| {
+            u64::from(self.origin[a]) + u64::from(self.extent.to_array()[a])
+                <= u64::from(extent.to_array()[a])
+        })
+    }
+
+    /// Rows along x, in memory order: the volume position of each row's first voxel. The `n`-th row fills
+    /// `extent.x()` voxels of the output from `n * extent.x()` on.
+    pub fn rows(self) -> impl Iterator<Item = [u32; 3]> {
+        let [x, y, z] = self.origin;
+        (z..z + self.extent.z()).flat_map(move |z| (y..y + self.extent.y()).map(move |y| [x, y, z]))
+    }
+}
+
+/// How much of the encoded volume to use: two independent axes.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Level {
+    /// 0 = full resolution; every further step halves each axis.
+    pub resolution: u8,
+    /// Refinement terms to sum; [`Level::ALL_STAGES`] = all that exist.
+    pub stages: u8,
+}
+
+impl Level {
+    /// Every refinement term that the stream holds.
+    pub const ALL_STAGES: u8 = u8::MAX;
+    /// Full resolution, all stages.
+    pub const FULL: Self = Self { resolution: 0, stages: Self::ALL_STAGES };
+}
+
+/// What to decode: a box of one frame at one level. `region` counts voxels of that level's resolution.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct BrickKey {
+    /// Frame (time step).
+    pub frame: FrameIndex,
+    /// Resolution and stages.
+    pub level: Level,
+    /// The box, in voxels of `level.resolution`.
+    pub region: Region,
+}
+
+impl BrickKey {
+    /// `region` of `frame` at full quality.
+    #[must_use]
+    pub const fn full(frame: FrameIndex, region: Region) -> Self {
+        Self { frame, level: Level::FULL, region }
+    }
+}

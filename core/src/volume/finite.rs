@@ -1,0 +1,124 @@
+//! The volume that codecs, shaders and metrics see: NaN, infinities and subnormals replaced and counted.
+//!
+//! WGSL lets a shader assume that NaN and infinity do not occur, and flush subnormals; a value that a device
+//! may treat as it likes must not enter a comparison.
+
+use serde::{Deserialize, Serialize};
+
+use super::{BrickSource, DenseVolume, FrameIndex, Region, Samples, SourceError, ValueRange, VolumeLayout};
+
+/// How many samples were replaced before encoding.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Replaced {
+    /// NaN, replaced by the lowest finite value.
+    pub nan: u64,
+    /// ±∞, replaced by the highest or lowest finite value.
+    pub infinite: u64,
+    /// Subnormals, replaced by zero.
+    pub subnormal: u64,
+}
+
+impl Replaced {
+    /// Samples replaced for any reason.
+    #[must_use]
+    pub const fn total(self) -> u64 {
+        self.nan + self.infinite + self.subnormal
+    }
+}
+
+/// A volume whose every sample is finite and not subnormal, with its value range.
+#[derive(Clone, Debug)]
+pub struct FiniteVolume {
+    volume: DenseVolume,
+    range: ValueRange,
+    replaced: Replaced,
+}
+
+impl FiniteVolume {
+    /// Replaces what no codec may meet. A volume without one finite sample becomes all zero.
+    #[must_use]
+    pub fn new(volume: DenseVolume) -> Self {
+        let flush = |v: f32| if v.is_subnormal() { 0.0 } else { v };
+        let mut replaced = Replaced::default();
+        let Samples::F32(values) = volume.samples() else {
+            let range = volume.value_range().unwrap_or(ValueRange { min: 0.0, max: 0.0 });
+            return Self { volume, range, replaced };
+        };
+        let range = ValueRange::of(values.iter().map(|&v| flush(v)));
+        let range = range.unwrap_or(ValueRange { min: 0.0, max: 0.0 });
+        if values.iter().all(|v| v.is_finite() && !v.is_subnormal()) {
+            return Self { volume, range, replaced };
+        }
+        let mut replace = |v: f32| {
+            if v.is_nan() {
+                replaced.nan += 1;
+                range.min
+            } else if v.is_infinite() {
+                replaced.infinite += 1;
+                if v > 0.0 { range.max } else { range.min }
+            } else {
+                replaced.subnormal += u64::from(v.is_subnormal());
+                flush(v)
+            }
+        };
+        let samples = Samples::F32(values.iter().map(|&v| replace(v)).collect());
+        let layout = volume.layout().clone();
+        let volume = DenseVolume::new(layout, samples).unwrap_or(volume);
+        Self { volume, range, replaced }
+    }
+
+    /// The finite samples.
+    #[must_use]
+    pub const fn dense(&self) -> &DenseVolume {
+        &self.volume
+    }
+
+    /// Lowest and highest sample over all frames and channels.
+    #[must_use]
+    pub const fn range(&self) -> ValueRange {
+        self.range
+    }
+
+    /// What was replaced.
+    #[must_use]
+    pub const fn replaced(&self) -> Replaced {
+        self.replaced
+    }
+}
+
+impl BrickSource for FiniteVolume {
+    fn layout(&self) -> &VolumeLayout {
+        self.volume.layout()
+    }
+
+    fn read(&self, frame: FrameIndex, region: Region, out: &mut [f32]) -> Result<(), SourceError> {
+        self.volume.read(frame, region, out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{Extent, SampleType};
+
+    fn finite(values: &[f32]) -> FiniteVolume {
+        let extent = Extent::new(values.len() as u32, 1, 1).unwrap();
+        let layout = VolumeLayout::scalar(extent, SampleType::F32);
+        FiniteVolume::new(DenseVolume::new(layout, Samples::F32(values.to_vec())).unwrap())
+    }
+
+    #[test]
+    fn replaces_and_counts() {
+        let v = finite(&[1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e-40, -3.0]);
+        assert_eq!(v.dense().samples(), &Samples::F32(vec![1.0, -3.0, 1.0, -3.0, 0.0, -3.0]));
+        assert_eq!(v.replaced(), Replaced { nan: 1, infinite: 2, subnormal: 1 });
+        assert_eq!(v.range(), ValueRange { min: -3.0, max: 1.0 });
+    }
+
+    #[test]
+    fn a_volume_without_finite_samples_is_zero() {
+        let v = finite(&[f32::NAN, f32::INFINITY]);
+        assert_eq!(v.dense().samples(), &Samples::F32(vec![0.0, 0.0]));
+        assert_eq!(v.replaced().total(), 2);
+    }
+}

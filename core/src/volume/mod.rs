@@ -1,0 +1,22 @@
+//! Volumes: what they measure, where their voxels come from, and which values they hold.
+//!
+//! Conventions shared by the whole workspace: x runs fastest in memory; channels of one voxel lie next to
+//! each other; values are in *data units* as `f32` (every 8- and 16-bit integer is exact).
+
+mod brick;
+mod dense;
+mod extent;
+mod finite;
+mod layout;
+mod range;
+mod sample;
+mod source;
+
+pub use brick::{BrickKey, Level, Region};
+pub use dense::{DenseVolume, Samples};
+pub use extent::{Extent, ExtentError};
+pub use finite::{FiniteVolume, Replaced};
+pub use layout::{FrameIndex, LayoutError, VolumeLayout};
+pub use range::ValueRange;
+pub use sample::SampleType;
+pub use source::{BrickSource, Dependencies, NoReferences, ReferenceFrames, SourceError};

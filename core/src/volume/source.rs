@@ -1,0 +1,64 @@
+//! Where voxels come from: bricks of an input volume, and already decoded frames.
+
+use super::{FrameIndex, Region, VolumeLayout};
+
+/// Why a brick could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum SourceError {
+    /// The box does not lie inside the volume, or the frame does not exist.
+    #[error("region at {origin:?} of {extent} in frame {frame} lies outside the volume")]
+    OutOfBounds {
+        /// Lowest voxel asked for.
+        origin: [u32; 3],
+        /// Size asked for.
+        extent: super::Extent,
+        /// Frame asked for.
+        frame: u32,
+    },
+    /// The file behind the source failed.
+    #[error("reading voxels failed: {0}")]
+    Io(#[from] std::io::Error),
+}
+
+/// A volume that hands out boxes of voxels. An encoder sees nothing else of its input, so that a volume need
+/// not fit into memory.
+pub trait BrickSource: Sync {
+    /// Shape of the volume.
+    fn layout(&self) -> &VolumeLayout;
+
+    /// Fills `out` (region voxels × channels, x fastest, channels interleaved) with data values.
+    ///
+    /// # Errors
+    /// When the region lies outside or the underlying file fails.
+    ///
+    /// # Panics
+    /// When `out` has not exactly region voxels × channels elements.
+    fn read(&self, frame: FrameIndex, region: Region, out: &mut [f32]) -> Result<(), SourceError>;
+}
+
+/// Frames that must be decoded before a frame can be.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Dependencies {
+    /// None: decodes on its own.
+    Intra,
+    /// One earlier frame.
+    Predicted(FrameIndex),
+    /// An earlier and a later frame.
+    Bidirectional(FrameIndex, FrameIndex),
+}
+
+/// Decoded frames handed to a decoder that predicts from them.
+pub trait ReferenceFrames: Sync {
+    /// All decoded samples of `frame` (x fastest, channels interleaved), or `None` if it is not at hand.
+    fn frame(&self, frame: FrameIndex) -> Option<&[f32]>;
+}
+
+/// No references: what intra frames are decoded with.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct NoReferences;
+
+impl ReferenceFrames for NoReferences {
+    fn frame(&self, _: FrameIndex) -> Option<&[f32]> {
+        None
+    }
+}

@@ -1,0 +1,3 @@
+//! `cvr`, a workbench for compressed volume rendering: configure experiments, add codecs, compare fairly.
+
+pub mod input;
