@@ -5,4 +5,6 @@
 
 pub mod codec;
 pub mod container;
+pub mod render;
+pub mod shader;
 pub mod volume;

@@ -1,0 +1,91 @@
+//! A picture: premultiplied RGBA in single precision.
+
+use std::path::Path;
+
+/// Premultiplied RGBA, `0.0..=1.0`, row 0 at the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    size: [u32; 2],
+    pixels: Vec<[f32; 4]>,
+}
+
+/// Why a picture could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {problem}")]
+pub struct ImageError {
+    path: String,
+    problem: String,
+}
+
+impl Image {
+    /// A transparent picture of `size` (width, height).
+    #[must_use]
+    pub fn new(size: [u32; 2]) -> Self {
+        Self { size, pixels: vec![[0.0; 4]; size[0] as usize * size[1] as usize] }
+    }
+
+    /// From pixels in rows; `None` when their number does not fit.
+    #[must_use]
+    pub fn from_pixels(size: [u32; 2], pixels: Vec<[f32; 4]>) -> Option<Self> {
+        (pixels.len() == size[0] as usize * size[1] as usize).then_some(Self { size, pixels })
+    }
+
+    /// Width and height.
+    #[must_use]
+    pub const fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Pixels in rows.
+    #[must_use]
+    pub fn pixels(&self) -> &[[f32; 4]] {
+        &self.pixels
+    }
+
+    /// Pixels in rows, to be written.
+    pub fn pixels_mut(&mut self) -> &mut [[f32; 4]] {
+        &mut self.pixels
+    }
+
+    /// RGB over an opaque background (`0.0..=1.0`), clamped.
+    #[must_use]
+    pub fn over(&self, background: [f32; 3]) -> Vec<[f32; 3]> {
+        let blend = |p: &[f32; 4]| [0, 1, 2].map(|c| (p[c] + (1.0 - p[3]) * background[c]).clamp(0.0, 1.0));
+        self.pixels.iter().map(blend).collect()
+    }
+
+    /// RGB over an opaque background in 8 bits, rows of `3 × width` bytes.
+    #[must_use]
+    pub fn to_rgb8(&self, background: [f32; 3]) -> Vec<u8> {
+        self.over(background).into_iter().flatten().map(|v| (v * 255.0).round() as u8).collect()
+    }
+
+    /// Writes the picture over an opaque background as PNG; the file appears only when it is whole.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write_png(&self, path: &Path, background: [f32; 3]) -> Result<(), ImageError> {
+        write_png(path, self.size, &self.to_rgb8(background))
+    }
+}
+
+/// Writes 8-bit RGB rows as PNG through a temporary file.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_png(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), ImageError> {
+    let fail = |problem: String| ImageError { path: path.display().to_string(), problem };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| fail(e.to_string()))?;
+    image::write_buffer_with_format(
+        &mut std::io::BufWriter::new(file.as_file_mut()),
+        rgb,
+        size[0],
+        size[1],
+        image::ExtendedColorType::Rgb8,
+        image::ImageFormat::Png,
+    )
+    .map_err(|e| fail(e.to_string()))?;
+    file.persist(path).map_err(|e| fail(e.to_string()))?;
+    Ok(())
+}

@@ -1,0 +1,58 @@
+//! Everything that decides a picture but the voxels.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Camera, TransferFunction};
+
+/// How a value between voxel centres comes about.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Filter {
+    /// The voxel that covers the point.
+    Nearest,
+    /// Trilinear between the eight surrounding voxel centres, clamped at the border. At the site *host* the
+    /// texture unit does it where it can.
+    Linear,
+    /// The same value as [`Filter::Linear`], through the codec's `fetch_cell` (S3Dc's "optimised linear").
+    OptimisedLinear,
+}
+
+impl Filter {
+    /// All filters that a pipeline may name.
+    pub const ALL: [Self; 3] = [Self::Nearest, Self::Linear, Self::OptimisedLinear];
+
+    /// Name used in TOML and in records.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Nearest => "nearest",
+            Self::Linear => "linear",
+            Self::OptimisedLinear => "optimised-linear",
+        }
+    }
+}
+
+impl std::fmt::Display for Filter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Everything that decides a picture but the voxels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Camera.
+    pub camera: Camera,
+    /// Data value → colour and opacity per voxel length.
+    pub transfer_function: Arc<TransferFunction>,
+    /// Distance between samples along a ray, in voxel lengths (smallest spacing).
+    pub step_voxels: f32,
+    /// A ray ends when its opacity reaches this; 1 = never. The picture then differs by at most 1 − this.
+    pub termination: f32,
+    /// Filter.
+    pub filter: Filter,
+}

@@ -1,0 +1,17 @@
+//! The shader generator: splices a codec's snippet into a renderer's template.
+//!
+//! Module scope in WGSL has no order, so that splicing is concatenation. The generator writes constants,
+//! bindings and accessors, parses the whole with naga, holds the snippet to its contract, validates, and maps
+//! every error back to the author's own file and line.
+
+mod generate;
+mod lint;
+mod origin;
+mod request;
+mod text;
+
+pub use generate::generate;
+pub use origin::{Origin, Segment, ShaderError};
+pub use request::{
+    Binding, BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, Source, TextureSampling,
+};

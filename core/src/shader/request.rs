@@ -1,0 +1,138 @@
+//! What the generator is asked, and what it answers.
+
+use super::Segment;
+use crate::codec::{DecodedForm, WgslModule};
+use crate::render::{Filter, Template};
+use crate::volume::{FrameIndex, Level, VolumeLayout};
+
+/// What a shader is to be made of.
+#[derive(Clone, Debug)]
+pub struct Request<'a> {
+    /// The renderer's modules.
+    pub templates: &'a [Template],
+    /// Entry point that one of them declares.
+    pub entry: &'a str,
+    /// The bindings that the template uses, of the kinds [`BindingKind::View`], [`BindingKind::TransferTable`],
+    /// [`BindingKind::Image`] and [`BindingKind::Dump`].
+    pub bindings: &'a [BindingKind],
+    /// Shape of the volume.
+    pub layout: &'a VolumeLayout,
+    /// Where voxels come from.
+    pub source: Source<'a>,
+    /// How values between voxels come about; `None` for a template that only fetches voxels.
+    pub filter: Option<Filter>,
+    /// What the device can bind.
+    pub limits: BindingLimits,
+}
+
+/// Where the template's voxels come from.
+#[derive(Clone, Debug)]
+pub enum Source<'a> {
+    /// Decoded at every fetch.
+    Inline {
+        /// Codec id.
+        codec: &'a str,
+        /// The snippet.
+        module: WgslModule<'a>,
+        /// Its buffers.
+        resources: Vec<ResourceSize>,
+        /// Frame, resolution and stages to decode.
+        frame: FrameIndex,
+        /// Resolution and stages to decode.
+        level: Level,
+    },
+    /// Decoded before, into a 3-D texture.
+    Texture {
+        /// Texel format, scale and offset.
+        form: DecodedForm,
+        /// Who filters.
+        sampling: TextureSampling,
+    },
+}
+
+/// Who filters a texture.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum TextureSampling {
+    /// The texture unit: the format must be filterable on the device.
+    Hardware,
+    /// The shader, from single texels.
+    Manual,
+}
+
+/// Size of one buffer of a codec.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct ResourceSize {
+    /// Name without the codec's prefix.
+    pub name: &'static str,
+    /// 32-bit words; 0 is bound as one zero word.
+    pub words: u64,
+}
+
+/// What a device can bind.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct BindingLimits {
+    /// Words in one storage binding; a larger buffer is split over several.
+    pub storage_words: u64,
+    /// Storage buffers in one shader stage.
+    pub storage_buffers: u32,
+}
+
+impl Default for BindingLimits {
+    /// What every WebGPU device offers.
+    fn default() -> Self {
+        Self { storage_words: (128 << 20) / 4, storage_buffers: 8 }
+    }
+}
+
+/// What a binding holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum BindingKind {
+    /// Uniform buffer `view`.
+    View,
+    /// Read-only storage `transfer_table: array<vec4<f32>>`.
+    TransferTable,
+    /// Storage `image: array<vec4<f32>>`, written.
+    Image,
+    /// Storage `dump: array<f32>`, written: all voxels of a frame, x fastest, channels interleaved.
+    Dump,
+    /// Read-only storage: words `first..first + words` of a codec's buffer.
+    Words {
+        /// Index of the buffer among the codec's resources.
+        resource: usize,
+        /// First word of this part.
+        first: u64,
+        /// Words of this part.
+        words: u64,
+    },
+    /// 3-D texture of the decoded volume, one or (RGB) four channels.
+    VolumeTexture {
+        /// Whether it is bound as filterable.
+        filterable: bool,
+    },
+    /// Clamping linear sampler for the volume texture.
+    VolumeSampler,
+}
+
+/// One binding of a generated shader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// `@group`: 0 for the template, 1 for the voxel source.
+    pub group: u32,
+    /// `@binding`.
+    pub binding: u32,
+    /// What it holds.
+    pub kind: BindingKind,
+}
+
+/// A parsed and validated shader.
+#[derive(Clone, Debug)]
+pub struct GeneratedShader {
+    /// The whole text, each part under a comment that names its origin.
+    pub wgsl: String,
+    /// Where each part of the text comes from.
+    pub segments: Vec<Segment>,
+    /// Its bindings in order of group and number.
+    pub bindings: Vec<Binding>,
+    /// Entry point.
+    pub entry: String,
+}

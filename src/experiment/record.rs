@@ -1,0 +1,101 @@
+//! One record per cell: the names are public and meant to last.
+
+use serde::{Deserialize, Serialize};
+
+/// How a cell ended.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// Ran, and kept its promises.
+    Ok,
+    /// Did not run, or broke its error bound or value range; `error` says why.
+    Failed,
+}
+
+/// The result of one cell. `None` = not measured or not defined; in CSV an empty field. PSNR of identical data is
+/// infinite: `inf` in CSV, `null` in JSON with `max_abs_error` 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Volume name.
+    pub volume: String,
+    /// Codec id.
+    pub codec: String,
+    /// Settings, `name=value` separated by spaces.
+    pub settings: String,
+    /// Decode site.
+    pub site: String,
+    /// Filter.
+    pub filter: String,
+    /// Renderer.
+    pub renderer: String,
+    /// Scene name.
+    pub scene: String,
+    /// Adapter name, or `cpu`.
+    pub device: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// How it ended.
+    pub status: Status,
+    /// Why it failed.
+    pub error: Option<String>,
+    /// Voxels of all frames.
+    pub voxels: u64,
+    /// Frames.
+    pub frames: u32,
+    /// Bits of the whole file per voxel.
+    pub bits_per_voxel: Option<f64>,
+    /// Length of the encoded file.
+    pub file_bytes: Option<u64>,
+    /// Bytes in device memory for the volume.
+    pub resident_bytes: Option<u64>,
+    /// Wall seconds to encode.
+    pub encode_seconds: Option<f64>,
+    /// Wall seconds to decode all frames on the CPU.
+    pub decode_seconds: Option<f64>,
+    /// Voxels decoded per wall second on the CPU.
+    pub decode_voxels_per_second: Option<f64>,
+    /// PSNR of the voxels; peak = max − min, integers rounded first.
+    pub psnr_db: Option<f64>,
+    /// The same without 4³ blocks within 2 % of the modal value.
+    pub foreground_psnr_db: Option<f64>,
+    /// Largest difference of a voxel, integers rounded first.
+    pub max_abs_error: Option<f64>,
+    /// The codec's promise for it.
+    pub error_bound: Option<f64>,
+    /// PSNR of the picture against the reference (uncompressed, manual linear), per visible pixel.
+    pub image_psnr_db: Option<f64>,
+    /// SSIM against the reference, per visible pixel.
+    pub image_ssim: Option<f64>,
+    /// PSNR against raw under the same site and filter.
+    pub codec_image_psnr_db: Option<f64>,
+    /// SSIM against raw under the same site and filter.
+    pub codec_image_ssim: Option<f64>,
+    /// Median frame time.
+    pub frame_ms: Option<f64>,
+    /// Interquartile range of the frame time.
+    pub frame_ms_iqr: Option<f64>,
+    /// Median process CPU time per frame.
+    pub frame_cpu_ms: Option<f64>,
+    /// Which clock `frame_ms` used: `timestamp` or `wall`.
+    pub frame_clock: Option<String>,
+    /// Median of the paired ratio to raw texture + hardware linear.
+    pub relative_frame_time: Option<f64>,
+    /// The picture, relative to the report.
+    pub image: Option<String>,
+    /// Whole-frame PSNR of the picture.
+    pub image_psnr_whole_db: Option<f64>,
+    /// Whole-frame SSIM of the picture.
+    pub image_ssim_whole: Option<f64>,
+    /// The error picture, relative to the report.
+    pub error_image: Option<String>,
+    /// `hardware` or `manual`: who interpolated.
+    pub filtering: Option<String>,
+    /// Interquartile range of the paired ratio.
+    pub relative_frame_time_iqr: Option<f64>,
+    /// Pairs that were timed.
+    pub frame_pairs: Option<u32>,
+    /// NaN, infinite and subnormal samples replaced before encoding.
+    pub replaced_samples: u64,
+    /// Remarks, separated by `; `.
+    pub notes: Option<String>,
+}
