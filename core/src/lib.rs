@@ -5,6 +5,7 @@
 
 pub mod codec;
 pub mod container;
+pub mod diagnostic;
 pub mod render;
 pub mod shader;
 pub mod volume;
