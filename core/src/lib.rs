@@ -5,6 +5,7 @@
 
 pub mod codec;
 pub mod container;
+pub mod metrics;
 pub mod render;
 pub mod shader;
 pub mod volume;
