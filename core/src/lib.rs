@@ -6,6 +6,7 @@
 pub mod codec;
 pub mod container;
 pub mod diagnostic;
+pub mod metrics;
 pub mod render;
 pub mod shader;
 pub mod volume;
