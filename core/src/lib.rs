@@ -5,6 +5,8 @@
 
 pub mod codec;
 pub mod container;
+pub mod diagnostic;
+pub mod pipeline;
 pub mod render;
 pub mod shader;
 pub mod volume;
