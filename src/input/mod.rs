@@ -17,6 +17,8 @@ mod nrrd;
 mod nrrd_write;
 mod payload;
 mod raw;
+#[cfg(test)]
+mod tests;
 
 pub use error::{InputError, Place};
 pub use generate::{Generator, generate};
