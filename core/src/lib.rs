@@ -4,5 +4,7 @@
 //! naga (to check shaders) and never wgpu (to run them).
 
 pub mod codec;
+#[cfg(feature = "conformance")]
+pub mod conformance;
 pub mod container;
 pub mod volume;
