@@ -5,6 +5,9 @@
 
 pub mod codec;
 pub mod container;
+pub mod diagnostic;
+pub mod metrics;
+pub mod pipeline;
 pub mod render;
 pub mod shader;
 pub mod volume;

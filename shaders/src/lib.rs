@@ -1,1 +1,62 @@
-//! placeholder
+//! The WGSL templates and modules of cvr, and the table that embeds them.
+//!
+//! One subject per file. A module names no binding and no codec: the generator in `cvr-core` writes the
+//! bindings and puts a codec beside them. The functions that modules call of each other:
+//!
+//! ```text
+//! raycasting/raycasting.wgsl  → camera_ray, volume_sample, classify, opacity_over
+//! filter/*.wgsl               → voxel_fetch, voxel_cell
+//! source/texture.wgsl or a codec's snippet → what voxel_fetch returns
+//! ```
+
+/// A WGSL module. Its text names no binding: the generator writes them.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct Template {
+    /// Path below `shaders/`, for error messages and origin comments.
+    pub file: &'static str,
+    /// The text.
+    pub source: &'static str,
+}
+
+macro_rules! templates {
+    ($($(#[$doc:meta])* $name:ident = $file:literal;)*) => {
+        $($(#[$doc])* pub const $name: Template =
+            Template { file: concat!("shaders/", $file), source: include_str!(concat!("../", $file)) };)*
+
+        /// Every template, for tests that enumerate them.
+        pub const ALL: &[Template] = &[$($name),*];
+    };
+}
+
+templates! {
+    /// `Voxel` of scalar volumes.
+    VOXEL_SCALAR = "voxel/scalar.wgsl";
+    /// `Voxel` of RGB volumes.
+    VOXEL_RGB = "voxel/rgb.wgsl";
+    /// The voxel that covers the point.
+    FILTER_NEAREST = "filter/nearest.wgsl";
+    /// Trilinear interpolation of eight values.
+    TRILINEAR = "filter/trilinear.wgsl";
+    /// Trilinear over eight fetches.
+    FILTER_LINEAR = "filter/linear.wgsl";
+    /// Trilinear over one `fetch_cell`.
+    FILTER_LINEAR_CELL = "filter/linear_cell.wgsl";
+    /// Trilinear by the texture unit.
+    FILTER_HARDWARE = "filter/hardware.wgsl";
+    /// Voxels from a texture.
+    SOURCE_TEXTURE = "source/texture.wgsl";
+    /// Rays from one eye.
+    CAMERA_PERSPECTIVE = "camera/perspective.wgsl";
+    /// Parallel rays.
+    CAMERA_ORTHOGRAPHIC = "camera/orthographic.wgsl";
+    /// Transfer function of scalar volumes.
+    CLASSIFY_SCALAR = "classify/scalar.wgsl";
+    /// Opacity of a length of ray.
+    OPACITY = "classify/opacity.wgsl";
+    /// The raycaster.
+    RAYCASTING = "raycasting/raycasting.wgsl";
+    /// Every voxel through `voxel_fetch`.
+    DUMP = "dump/dump.wgsl";
+    /// Every voxel through `voxel_cell`.
+    DUMP_CELL = "dump/dump_cell.wgsl";
+}

@@ -8,7 +8,7 @@ mod view;
 mod voxels;
 
 pub use camera::{Camera, Projection, RayFrame};
-pub use image::{Image, ImageError};
+pub use image::{Image, ImageError, write_png};
 pub use plan::{ComputePass, Pass, Plan, Template};
 pub use transfer_function::{ControlPoint, TransferFunction, TransferFunctionError};
 pub use view::{Filter, View};

@@ -1,15 +1,8 @@
 //! Passes as data: what a renderer asks of a device, without naming one.
 
-use crate::shader::BindingKind;
+pub use cvr_shaders::Template;
 
-/// A WGSL module of a renderer. Its text names no binding: the generator writes them.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub struct Template {
-    /// Path below `shaders/`, for error messages and origin comments.
-    pub file: &'static str,
-    /// The text.
-    pub source: &'static str,
-}
+use crate::shader::BindingKind;
 
 /// All passes of one picture, in order. The last one fills the image.
 #[derive(Clone, Debug, PartialEq)]

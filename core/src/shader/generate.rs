@@ -1,12 +1,123 @@
-//! Putting the text together.
+//! Putting the text together, and proving it.
 
-use super::{GeneratedShader, Request, ShaderError};
+use cvr_shaders as shaders;
+
+use super::lint::{self, Snippet};
+use super::origin::Mapped;
+use super::text::{self, Text};
+use super::{BindingKind, GeneratedShader, Request, ShaderError, Source, TextureSampling};
+use crate::render::Filter;
 
 /// Generates, parses, lints and validates a shader.
 ///
 /// # Errors
 /// When a template or snippet does not parse, the snippet breaks its contract, or the device's limits do not
-/// suffice.
-pub fn generate(_request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
-    Err(ShaderError("not yet".to_owned()))
+/// suffice. The message points at the author's own file, line and column.
+pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
+    let mut out = Text::default();
+    out.generated("the volume", &text::volume_constants(request.layout));
+    out.template(match request.layout.channels {
+        1 => shaders::VOXEL_SCALAR,
+        _ => shaders::VOXEL_RGB,
+    });
+    let (declarations, mut bindings) = text::template_bindings(request.bindings);
+    out.generated("bindings of the template", &declarations);
+    for template in request.templates {
+        out.template(*template);
+    }
+    filter(&mut out, request)?;
+
+    let mut snippet = None;
+    match &request.source {
+        Source::Inline { codec, module, resources, frame, level } => {
+            let cell = request.filter == Some(Filter::OptimisedLinear)
+                || request.templates.iter().any(|t| t.source.contains("voxel_cell("));
+            let storage_used = bindings.iter().filter(|b| b.kind != BindingKind::View).count() as u32;
+            let (accessors, parts) =
+                text::resource_accessors(codec, resources, request.limits, storage_used)?;
+            bindings.extend(parts);
+            let constants = text::codec_constants(codec, &module.constants)?;
+            out.generated(&format!("constants of codec {codec}"), &constants);
+            out.generated(&format!("buffers of codec {codec}"), &accessors);
+            let level = text::level_accessors(codec, module.source, *frame, *level);
+            out.generated(&format!("level of codec {codec}"), &level);
+            out.generated("voxels are decoded at every fetch", &text::inline_source(codec, cell));
+            out.file(module.file, module.source, true);
+            snippet = Some(Snippet { codec, file: module.file, source: module.source, cell });
+        }
+        Source::Texture { form, sampling } => {
+            let hardware = *sampling == TextureSampling::Hardware && request.filter == Some(Filter::Linear);
+            let (declarations, texture) = text::texture_bindings(hardware);
+            bindings.extend(texture);
+            out.generated("bindings of the decoded volume", &declarations);
+            out.generated("texels of the decoded volume", &text::texel_constants(*form));
+            // The texture unit needs no fetch of single voxels.
+            if !hardware {
+                out.template(shaders::SOURCE_TEXTURE);
+            }
+        }
+    }
+    prove(out, request, snippet.as_ref(), bindings)
+}
+
+/// What the generator declares for a snippet, in words.
+fn provided(source: &Source<'_>) -> String {
+    let Source::Inline { codec, module, resources, .. } = source else { return String::new() };
+    let constants = module.constants.iter().map(|c| format!("`{codec}_{}`", c.name));
+    let accessors = resources.iter().map(|r| format!("`{codec}_{}(i: u32) -> u32`", r.name));
+    let level = ["frame", "resolution", "stages"].map(|name| format!("`{codec}_{name}() -> u32`"));
+    constants.chain(accessors).chain(level).collect::<Vec<_>>().join(", ")
+}
+
+/// Appends the modules of the filter.
+fn filter(out: &mut Text, request: &Request<'_>) -> Result<(), ShaderError> {
+    let texture = matches!(request.source, Source::Texture { .. });
+    let hardware = matches!(request.source, Source::Texture { sampling: TextureSampling::Hardware, .. });
+    match request.filter {
+        None => {}
+        Some(Filter::Nearest) => out.template(shaders::FILTER_NEAREST),
+        Some(Filter::Linear) if hardware => out.template(shaders::FILTER_HARDWARE),
+        Some(Filter::Linear) => {
+            out.template(shaders::TRILINEAR);
+            out.template(shaders::FILTER_LINEAR);
+        }
+        Some(Filter::OptimisedLinear) if texture => {
+            let text =
+                "filter `optimised-linear` decodes a cell at once; a decoded texture has nothing to decode";
+            return Err(ShaderError(text.to_owned()));
+        }
+        Some(Filter::OptimisedLinear) => {
+            out.template(shaders::TRILINEAR);
+            out.template(shaders::FILTER_LINEAR_CELL);
+        }
+    }
+    Ok(())
+}
+
+/// Parses, lints, validates.
+fn prove(
+    out: Text,
+    request: &Request<'_>,
+    snippet: Option<&Snippet<'_>>,
+    bindings: Vec<super::Binding>,
+) -> Result<GeneratedShader, ShaderError> {
+    let provided = provided(&request.source);
+    let mapped = Mapped { wgsl: &out.wgsl, segments: &out.segments, provided: &provided };
+    if let Some(snippet) = snippet {
+        // Before naga sees the text: a declaration that clashes with a template's would be blamed on both.
+        lint::declarations(snippet)?;
+    }
+    let module = naga::front::wgsl::parse_str(&out.wgsl).map_err(|e| mapped.parse_error(&e))?;
+    if let Some(snippet) = snippet {
+        lint::contract(snippet, &module, &mapped)?;
+    }
+    if !module.entry_points.iter().any(|e| e.name == request.entry) {
+        return Err(ShaderError(format!("the template declares no entry point `{}`", request.entry)));
+    }
+    let flags = naga::valid::ValidationFlags::all();
+    naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
+        .validate(&module)
+        .map_err(|e| mapped.validation_error(&e))?;
+    let Text { wgsl, segments } = out;
+    Ok(GeneratedShader { wgsl, segments, bindings, entry: request.entry.to_owned() })
 }

@@ -8,6 +8,8 @@ mod generate;
 mod lint;
 mod origin;
 mod request;
+#[cfg(test)]
+mod tests;
 mod text;
 
 pub use generate::generate;

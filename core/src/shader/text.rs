@@ -1,1 +1,203 @@
-//! Text of bindings and accessors.
+//! The text of a shader while it grows, and the parts that the generator writes itself.
+
+use std::fmt::Write as _;
+
+use cvr_shaders::Template;
+
+use super::{Binding, BindingKind, BindingLimits, Origin, ResourceSize, Segment, ShaderError};
+use crate::codec::{Constant, ConstantValue, DecodedForm};
+use crate::volume::{FrameIndex, Level, VolumeLayout};
+
+/// The growing text, with the origin of every part.
+#[derive(Default)]
+pub struct Text {
+    pub wgsl: String,
+    pub segments: Vec<Segment>,
+}
+
+impl Text {
+    /// Appends a file as it stands, under a comment that names it.
+    pub fn file(&mut self, file: &str, source: &str, snippet: bool) {
+        self.part(file, source, Origin::File { file: file.to_owned(), snippet });
+    }
+
+    /// Appends a template.
+    pub fn template(&mut self, template: Template) {
+        self.file(template.file, template.source, false);
+    }
+
+    /// Appends text of the generator's own, if there is any.
+    pub fn generated(&mut self, purpose: &str, source: &str) {
+        if !source.is_empty() {
+            self.part(
+                &format!("generated: {purpose}"),
+                source,
+                Origin::Generated { purpose: purpose.to_owned() },
+            );
+        }
+    }
+
+    fn part(&mut self, title: &str, source: &str, origin: Origin) {
+        if !self.wgsl.is_empty() {
+            self.wgsl.push('\n');
+        }
+        // A title may come from a plugin: it must not break out of its comment.
+        let title: String = title.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+        let _ = writeln!(self.wgsl, "// ==== {title}");
+        let start = self.wgsl.len();
+        self.wgsl.push_str(source);
+        self.segments.push(Segment { range: start..self.wgsl.len(), origin });
+        if !source.ends_with('\n') {
+            self.wgsl.push('\n');
+        }
+    }
+}
+
+/// Extent of the volume.
+pub fn volume_constants(layout: &VolumeLayout) -> String {
+    let [x, y, z] = layout.extent.to_array();
+    format!("const volume_extent = vec3<u32>({x}u, {y}u, {z}u);\n")
+}
+
+/// Scale and offset of a texture's texels.
+pub fn texel_constants(form: DecodedForm) -> String {
+    format!("const texel_scale: f32 = {:?};\nconst texel_offset: f32 = {:?};\n", form.scale, form.offset)
+}
+
+/// Constants of a codec, under its prefix.
+pub fn codec_constants(codec: &str, constants: &[Constant]) -> Result<String, ShaderError> {
+    let mut text = String::new();
+    for Constant { name, value } in constants {
+        let value = match value {
+            ConstantValue::U32(v) => format!("u32 = {v}u"),
+            // `{:?}` prints the shortest text that reads back as the same number.
+            ConstantValue::F32(v) if v.is_finite() => format!("f32 = {v:?}"),
+            ConstantValue::F32(v) => {
+                return Err(ShaderError(format!(
+                    "constant `{codec}_{name}` is {v}: WGSL has no such number"
+                )));
+            }
+            ConstantValue::Vec3U32([x, y, z]) => format!("vec3<u32> = vec3<u32>({x}u, {y}u, {z}u)"),
+        };
+        let _ = writeln!(text, "const {codec}_{name}: {value};");
+    }
+    Ok(text)
+}
+
+/// What a snippet may ask about the frame and level that it decodes; only what it asks is written.
+pub fn level_accessors(codec: &str, snippet: &str, frame: FrameIndex, level: Level) -> String {
+    let values = [
+        ("frame", frame.0),
+        ("resolution", u32::from(level.resolution)),
+        ("stages", u32::from(level.stages)),
+    ];
+    let mut text = String::new();
+    for (name, value) in values {
+        let function = format!("{codec}_{name}");
+        if snippet.contains(&format!("{function}(")) {
+            let _ = writeln!(text, "fn {function}() -> u32 {{\n    return {value}u;\n}}");
+        }
+    }
+    text
+}
+
+/// Bindings of the template, in group 0.
+pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
+    let mut text = String::new();
+    let mut bindings = Vec::new();
+    for (kind, binding) in kinds.iter().zip(0..) {
+        let declaration = match kind {
+            BindingKind::View => "var<uniform> view: View;",
+            BindingKind::TransferTable => "var<storage, read> transfer_table: array<vec4<f32>>;",
+            BindingKind::Image => "var<storage, read_write> image: array<vec4<f32>>;",
+            BindingKind::Dump => "var<storage, read_write> dump_values: array<f32>;",
+            BindingKind::Words { .. } | BindingKind::VolumeTexture { .. } | BindingKind::VolumeSampler => {
+                continue;
+            }
+        };
+        let _ = writeln!(text, "@group(0) @binding({binding}) {declaration}");
+        bindings.push(Binding { group: 0, binding, kind: kind.clone() });
+    }
+    (text, bindings)
+}
+
+/// Bindings of the decoded volume's texture, in group 1.
+pub fn texture_bindings(hardware: bool) -> (String, Vec<Binding>) {
+    let mut text = "@group(1) @binding(0) var volume_texture: texture_3d<f32>;\n".to_owned();
+    let texture = BindingKind::VolumeTexture { filterable: hardware };
+    let mut bindings = vec![Binding { group: 1, binding: 0, kind: texture }];
+    if hardware {
+        text.push_str("@group(1) @binding(1) var volume_sampler: sampler;\n");
+        bindings.push(Binding { group: 1, binding: 1, kind: BindingKind::VolumeSampler });
+    }
+    (text, bindings)
+}
+
+/// Bindings of a codec's buffers, in group 1, and the accessors through which its snippet reads them. A buffer
+/// larger than one binding is cut into parts, which the accessor hides.
+pub fn resource_accessors(
+    codec: &str,
+    resources: &[ResourceSize],
+    limits: BindingLimits,
+    storage_used: u32,
+) -> Result<(String, Vec<Binding>), ShaderError> {
+    let mut text = String::new();
+    let mut bindings = Vec::new();
+    for (resource, ResourceSize { name, words }) in resources.iter().enumerate() {
+        if *words > 1 << 32 {
+            return Err(ShaderError(format!(
+                "buffer `{name}` of codec `{codec}` has {words} words; a shader's index reaches {}",
+                1_u64 << 32
+            )));
+        }
+        let mut parts = Vec::new();
+        let mut first = 0;
+        while first < *words || parts.is_empty() {
+            let count = (words - first).min(limits.storage_words);
+            parts.push(first);
+            let binding = bindings.len() as u32;
+            let part = parts.len() - 1;
+            let _ = writeln!(
+                text,
+                "@group(1) @binding({binding}) var<storage, read> {codec}_{name}_part{part}: array<u32>;"
+            );
+            let kind = BindingKind::Words { resource, first, words: count };
+            bindings.push(Binding { group: 1, binding, kind });
+            first += count;
+        }
+        let _ = writeln!(text, "fn {codec}_{name}(i: u32) -> u32 {{");
+        for (part, first) in parts.iter().enumerate() {
+            let offset = if *first == 0 { String::new() } else { format!(" - {first}u") };
+            let fetch = format!("return {codec}_{name}_part{part}[i{offset}];");
+            match parts.get(part + 1) {
+                Some(end) => _ = writeln!(text, "    if i < {end}u {{\n        {fetch}\n    }}"),
+                None => _ = writeln!(text, "    {fetch}"),
+            }
+        }
+        text.push_str("}\n");
+    }
+    let used = storage_used + bindings.len() as u32;
+    if used > limits.storage_buffers {
+        return Err(ShaderError(format!(
+            "codec `{codec}` needs {used} storage buffers with the renderer's own, in parts of {} MiB; the device \
+             binds {}",
+            (limits.storage_words * 4) >> 20,
+            limits.storage_buffers
+        )));
+    }
+    Ok((text, bindings))
+}
+
+/// `voxel_fetch` (and, where something calls it, `voxel_cell`) over a codec's snippet.
+pub fn inline_source(codec: &str, cell: bool) -> String {
+    let mut text =
+        format!("fn voxel_fetch(p: vec3<i32>) -> Voxel {{\n    return voxel_of({codec}_fetch(p));\n}}\n");
+    if cell {
+        let _ = writeln!(
+            text,
+            "fn voxel_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8> {{\n    return \
+             {codec}_fetch_cell(p, q);\n}}"
+        );
+    }
+    text
+}

@@ -1,0 +1,171 @@
+use cvr_shaders as shaders;
+
+use super::*;
+use crate::codec::{Constant, ConstantValue, DecodedForm, WgslModule};
+use crate::render::{Filter, Template};
+use crate::volume::{Extent, FrameIndex, Level, SampleType, VolumeLayout};
+
+const SNIPPET: &str = "\
+fn toy_fetch(p: vec3<i32>) -> vec4<f32> {
+    let i = u32(p.x) + toy_edge * (u32(p.y) + toy_edge * u32(p.z));
+    return vec4<f32>(f32(toy_data(i)), 0.0, 0.0, 0.0);
+}
+";
+
+fn layout() -> VolumeLayout {
+    VolumeLayout::scalar(Extent::cube(8).unwrap(), SampleType::U8)
+}
+
+fn inline(
+    snippet: &str,
+    filter: Option<Filter>,
+    templates: &[Template],
+    words: u64,
+) -> Result<GeneratedShader, ShaderError> {
+    let limits = BindingLimits { storage_words: 1000, storage_buffers: 8 };
+    let constants = vec![Constant { name: "edge", value: ConstantValue::U32(8) }];
+    let dump = templates[0] == shaders::DUMP || templates[0] == shaders::DUMP_CELL;
+    let picture = [BindingKind::View, BindingKind::TransferTable, BindingKind::Image];
+    generate(&Request {
+        templates,
+        entry: if dump { "dump" } else { "raycast" },
+        bindings: if dump { &[BindingKind::Dump] } else { &picture },
+        layout: &layout(),
+        source: Source::Inline {
+            codec: "toy",
+            module: WgslModule { file: "toy/decode.wgsl", source: snippet, constants },
+            resources: vec![ResourceSize { name: "data", words }],
+            frame: FrameIndex::FIRST,
+            level: Level::FULL,
+        },
+        filter,
+        limits,
+    })
+}
+
+const RAYCAST: [Template; 4] =
+    [shaders::RAYCASTING, shaders::CAMERA_PERSPECTIVE, shaders::CLASSIFY_SCALAR, shaders::OPACITY];
+
+fn dump(snippet: &str) -> Result<GeneratedShader, ShaderError> {
+    inline(snippet, None, &[shaders::DUMP], 512)
+}
+
+#[test]
+fn a_dump_shader_is_what_it_should_be() {
+    insta::assert_snapshot!(dump(SNIPPET).unwrap().wgsl);
+}
+
+#[test]
+fn texture_shaders_hold_no_more_than_they_need() {
+    let form = DecodedForm::FLOAT32;
+    let picture = [BindingKind::View, BindingKind::TransferTable, BindingKind::Image];
+    let make = |sampling, filter| {
+        generate(&Request {
+            templates: &RAYCAST,
+            entry: "raycast",
+            bindings: &picture,
+            layout: &layout(),
+            source: Source::Texture { form, sampling },
+            filter: Some(filter),
+            limits: BindingLimits::default(),
+        })
+    };
+    let hardware = make(TextureSampling::Hardware, Filter::Linear).unwrap();
+    assert!(!hardware.wgsl.contains("voxel_fetch"));
+    assert!(hardware.bindings.iter().any(|b| b.kind == BindingKind::VolumeSampler));
+    let manual = make(TextureSampling::Manual, Filter::Linear).unwrap();
+    assert!(manual.wgsl.contains("fn trilinear") && !manual.wgsl.contains("sampler"));
+    let nearest = make(TextureSampling::Hardware, Filter::Nearest).unwrap();
+    assert!(!nearest.wgsl.contains("trilinear") && !nearest.wgsl.contains("sampler"));
+    assert!(make(TextureSampling::Hardware, Filter::OptimisedLinear).is_err());
+}
+
+#[test]
+fn a_large_buffer_is_split_and_the_snippet_cannot_tell() {
+    let shader = inline(SNIPPET, Some(Filter::Linear), &RAYCAST, 2500).unwrap();
+    let parts: Vec<_> = shader.bindings.iter().filter(|b| b.group == 1).collect();
+    assert_eq!(parts.len(), 3);
+    assert_eq!(parts[2].kind, BindingKind::Words { resource: 0, first: 2000, words: 500 });
+    assert!(shader.wgsl.contains("    if i < 2000u {\n        return toy_data_part1[i - 1000u];"));
+    let error = inline(SNIPPET, Some(Filter::Linear), &RAYCAST, 7000).unwrap_err().to_string();
+    assert!(error.contains("needs 9 storage buffers") && error.contains("binds 8"), "{error}");
+}
+
+#[test]
+fn a_level_is_written_only_where_it_is_asked_for() {
+    assert!(!dump(SNIPPET).unwrap().wgsl.contains("toy_stages"));
+    let asks = SNIPPET.replace("f32(toy_data(i))", "f32(toy_data(i) + toy_stages())");
+    assert!(dump(&asks).unwrap().wgsl.contains("fn toy_stages() -> u32 {\n    return 255u;"));
+}
+
+#[test]
+fn a_syntax_error_names_the_snippets_own_line() {
+    let broken = SNIPPET.replace("* u32(p.z))", "* u32(p.z)");
+    insta::assert_snapshot!(dump(&broken).unwrap_err());
+}
+
+#[test]
+fn a_type_error_names_the_snippets_own_line() {
+    let broken = SNIPPET.replace("f32(toy_data(i))", "toy_data(i)");
+    insta::assert_snapshot!(dump(&broken).unwrap_err());
+}
+
+#[test]
+fn an_unknown_resource_names_the_snippets_own_line() {
+    let broken = SNIPPET.replace("toy_data(i)", "toy_codes(i)");
+    insta::assert_snapshot!(dump(&broken).unwrap_err());
+}
+
+#[test]
+fn a_wrong_signature_is_shown_with_the_contract() {
+    let broken = SNIPPET
+        .replace("-> vec4<f32> {", "-> f32 {")
+        .replace("vec4<f32>(f32(toy_data(i)), 0.0, 0.0, 0.0)", "1.0");
+    // The text must still parse for the lint to speak, as it does when nothing calls the function.
+    let error = dump(&broken).unwrap_err();
+    insta::assert_snapshot!(error);
+}
+
+#[test]
+fn a_missing_function_is_named() {
+    insta::assert_snapshot!(dump("fn toy_other() {}\n").unwrap_err());
+}
+
+#[test]
+fn a_missing_cell_function_is_named() {
+    let error = inline(SNIPPET, Some(Filter::OptimisedLinear), &RAYCAST, 512).unwrap_err();
+    insta::assert_snapshot!(error);
+}
+
+#[test]
+fn names_without_the_prefix_are_refused() {
+    insta::assert_snapshot!(
+        dump(&format!("{SNIPPET}\nfn classify(x: u32) -> u32 {{ return x; }}\n")).unwrap_err()
+    );
+}
+
+#[test]
+fn everything_else_that_breaks_the_contract_is_refused() {
+    let cases = [
+        ("alias word = u32;", "does not begin with `toy_`"),
+        ("struct Cell { a: u32 }", "does not begin with `toy_`"),
+        ("const toys = 3u;", "does not begin with `toy_`"),
+        ("@group(2) @binding(0) var<storage, read> toy_x: array<u32>;", "no `@group`"),
+        ("var<private> toy_state: u32;", "no variables at module scope"),
+        ("@compute @workgroup_size(1) fn toy_main() {}", "no `@compute`"),
+        ("/* quiet /* nested */ */ enable f16;", "no `enable` directive"),
+        ("fn toy_p(x: f32) -> f32 { return pow(x, 2.2); }", "does not use `pow`"),
+        ("fn toy_u(x: u32) -> f32 { return unpack4x8unorm(x).x; }", "does not use `unpack4x8unorm`"),
+        (
+            "fn toy_d(i: u32) -> u32 { return toy_data_part0[i]; }",
+            "does not touch the binding `toy_data_part0`",
+        ),
+    ];
+    for (line, expected) in cases {
+        let error = dump(&format!("{SNIPPET}{line}\n")).unwrap_err().to_string();
+        assert!(error.contains(expected), "{line}\n{error}");
+        assert!(error.contains("toy/decode.wgsl:5:"), "wrong place:\n{error}");
+    }
+    // A comment that mentions what is forbidden harms nothing.
+    dump(&format!("// @group pow\n/* var<private> x */\n{SNIPPET}")).unwrap();
+}

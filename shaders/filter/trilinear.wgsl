@@ -1,0 +1,15 @@
+// Interpolates along x, then y, then z, in the order of the CPU mirror. `a + (b - a) * t` and not `mix`, whose
+// arithmetic the specification leaves open.
+fn trilinear(
+    c000: Voxel, c100: Voxel, c010: Voxel, c110: Voxel,
+    c001: Voxel, c101: Voxel, c011: Voxel, c111: Voxel,
+    t: vec3<f32>,
+) -> Voxel {
+    let c00 = c000 + (c100 - c000) * t.x;
+    let c10 = c010 + (c110 - c010) * t.x;
+    let c01 = c001 + (c101 - c001) * t.x;
+    let c11 = c011 + (c111 - c011) * t.x;
+    let c0 = c00 + (c10 - c00) * t.y;
+    let c1 = c01 + (c11 - c01) * t.y;
+    return c0 + (c1 - c0) * t.z;
+}

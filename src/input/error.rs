@@ -1,0 +1,170 @@
+//! Why a volume could not be read, written or generated: where, what is wrong, and what would be right.
+
+use std::path::{Path, PathBuf};
+
+use cvr_core::volume::Extent;
+
+use super::Generator;
+
+/// Where an error arose. Every [`InputError`] has one, so every message names its file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A file as a whole.
+    File(PathBuf),
+    /// One line of a header.
+    Line {
+        /// File that holds the header.
+        file: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+    },
+    /// A data file that a detached header names. It may lie anywhere, so both are named.
+    Data {
+        /// The data file.
+        data: PathBuf,
+        /// The header that names it.
+        header: PathBuf,
+        /// Line of the header that does, counted from 1.
+        line: usize,
+    },
+    /// No file: a generator.
+    Generator(Generator),
+}
+
+impl Place {
+    /// The file itself.
+    pub(super) fn file(path: &Path) -> Self {
+        Self::File(path.to_owned())
+    }
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::File(file) => write!(f, "{}", file.display()),
+            Self::Line { file, line } => write!(f, "{}, line {line}", file.display()),
+            Self::Data { data, header, line } => {
+                write!(f, "{} (data file of {}, line {line})", data.display(), header.display())
+            }
+            Self::Generator(generator) => write!(f, "generator {}", generator.name()),
+        }
+    }
+}
+
+/// Why there is no volume. Each message names the place, the problem and the way out.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// The operating system refused.
+    #[error("{place}: cannot {action}: {source}")]
+    Io {
+        /// File concerned.
+        place: Place,
+        /// What was attempted, as a verb with its object.
+        action: &'static str,
+        /// The operating system's reason.
+        source: std::io::Error,
+    },
+    /// The path leads to a folder, pipe or device.
+    #[error("{place}: not a regular file; give the path of a file that holds a volume")]
+    NotAFile {
+        /// The path.
+        place: Place,
+    },
+    /// Neither extension nor content tell the format.
+    #[error(
+        "{place}: neither the extension {extension:?} nor the first bytes \"{start}\" tell a format; \
+         supported: {}",
+        super::FORMATS
+    )]
+    UnknownFormat {
+        /// The file.
+        place: Place,
+        /// Extension without its dot; empty where there is none.
+        extension: String,
+        /// First bytes, escaped.
+        start: String,
+    },
+    /// The header breaks the rules of its format.
+    #[error("{place}: {problem}; {remedy}")]
+    Header {
+        /// The line, or the file where something is missing.
+        place: Place,
+        /// What is wrong.
+        problem: String,
+        /// What would be right.
+        remedy: String,
+    },
+    /// The header is well-formed but asks for something that this reader lacks.
+    #[error("{place}: {found} is not supported; supported: {supported}")]
+    Unsupported {
+        /// Where it is asked for.
+        place: Place,
+        /// What is asked for.
+        found: String,
+        /// What could stand there instead.
+        supported: String,
+    },
+    /// The volume exceeds [`super::MAX_VOLUME_BYTES`].
+    #[error(
+        "{place}: {}×{}×{} voxels take {bytes} bytes, more than the limit of {} (2^33); crop or downsample the volume",
+        dims[0], dims[1], dims[2], super::MAX_VOLUME_BYTES
+    )]
+    TooLarge {
+        /// Where the size is claimed.
+        place: Place,
+        /// Claimed voxels along x, y, z.
+        dims: [u32; 3],
+        /// Claimed bytes, uncompressed.
+        bytes: u128,
+    },
+    /// The volume is within the limit, but this machine cannot hold it.
+    #[error("{place}: no memory for {bytes} bytes of voxels; crop or downsample the volume")]
+    Memory {
+        /// The file or generator.
+        place: Place,
+        /// Bytes that could not be allocated.
+        bytes: u64,
+    },
+    /// The data do not agree with the header.
+    #[error("{place}: {problem}; {remedy}")]
+    Data {
+        /// The data file.
+        place: Place,
+        /// What is wrong.
+        problem: String,
+        /// What would be right.
+        remedy: String,
+    },
+    /// A compressed stream is broken, or cut short in the middle.
+    #[error(
+        "{place}: the {stream} stream is damaged after {decoded} of {needed} bytes ({source}); \
+         fetch the file again"
+    )]
+    Damaged {
+        /// The data file.
+        place: Place,
+        /// Name of the compression.
+        stream: &'static str,
+        /// Bytes that decoded.
+        decoded: u64,
+        /// Bytes that the header claims.
+        needed: u64,
+        /// The decompressor's reason.
+        source: std::io::Error,
+    },
+    /// A volume that the output format (as written here) cannot hold.
+    #[error(
+        "{place}: a volume of {extent} with {channels} channels and {frames} frames cannot be written; \
+         supported: one frame of scalars"
+    )]
+    Unwritable {
+        /// The file to be written.
+        place: Place,
+        /// Voxels along x, y, z.
+        extent: Extent,
+        /// Values per voxel.
+        channels: u32,
+        /// Time steps.
+        frames: u32,
+    },
+}

@@ -1,0 +1,150 @@
+//! Volumes from formulas: test signals of any size and sample type, without a file.
+//!
+//! A signal maps the unit cube to 0..1. Voxel `i` of `n` along an axis has its centre at `(i + 0.5) / n`, so a
+//! volume that is no cube shows the same signal stretched, and spacing is 1. Integers take the signal scaled
+//! to `0..=MAX` of their type and rounded (signed types stay in their positive half); `f32` takes it as it is.
+
+mod marschner_lobb;
+mod shepp_logan;
+mod turbulence;
+
+use cvr_core::volume::{DenseVolume, Extent, SampleType, Samples};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::layout::scalar_layout;
+use super::{InputError, Place};
+
+/// A test signal.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Generator {
+    /// Ellipsoids of constant density, in the outlines of a head.
+    SheppLogan,
+    /// The signal of Marschner and Lobb (1994), close to the Nyquist limit of 40³ voxels.
+    MarschnerLobb,
+    /// Octaves of value noise, seeded, from integer arithmetic alone.
+    Turbulence,
+}
+
+impl Generator {
+    /// All generators, in the order in which help texts list them.
+    pub const ALL: [Self; 3] = [Self::SheppLogan, Self::MarschnerLobb, Self::Turbulence];
+
+    /// Name used in TOML and on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::SheppLogan => "shepp-logan",
+            Self::MarschnerLobb => "marschner-lobb",
+            Self::Turbulence => "turbulence",
+        }
+    }
+
+    /// The generator with this [`Generator::name`].
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|g| g.name() == name)
+    }
+}
+
+impl std::fmt::Display for Generator {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A function on the unit cube, sampled at the voxel centres of one volume.
+trait Signal: Sync {
+    /// The row of voxels at `y`, `z`: values in 0..=1. `row` holds as many as the volume has along x.
+    fn fill_row(&self, y: u32, z: u32, row: &mut [f64]);
+}
+
+/// Centre of voxel `i` of `n`, in the unit interval.
+fn centre(i: u32, n: u32) -> f64 {
+    (f64::from(i) + 0.5) / f64::from(n)
+}
+
+/// The same as [`centre`], in −1..1: the domain of the published signals.
+fn signed_centre(i: u32, n: u32) -> f64 {
+    2.0 * centre(i, n) - 1.0
+}
+
+/// Samples a test signal. Only [`Generator::Turbulence`] depends on `seed`.
+///
+/// The samples are the same on every machine, but for [`Generator::MarschnerLobb`]: it calls the machine's `sin`
+/// and `cos`, whose last bit may differ.
+///
+/// # Errors
+/// When the volume is larger than [`super::MAX_VOLUME_BYTES`] or does not fit into memory.
+pub fn generate(
+    kind: Generator,
+    extent: Extent,
+    sample: SampleType,
+    seed: u64,
+) -> Result<DenseVolume, InputError> {
+    let signal: Box<dyn Signal> = match kind {
+        Generator::SheppLogan => Box::new(shepp_logan::SheppLogan::new(extent)),
+        Generator::MarschnerLobb => Box::new(marschner_lobb::MarschnerLobb::new(extent)),
+        Generator::Turbulence => Box::new(turbulence::Turbulence::new(extent, seed)),
+    };
+    let place = Place::Generator(kind);
+    let layout = scalar_layout(&place, extent.to_array(), [1.0; 3], sample)?;
+    let signal = signal.as_ref();
+    let samples = match sample {
+        SampleType::U8 => {
+            sampled(extent, signal, |v| (v * f64::from(u8::MAX)).round() as u8).map(Samples::U8)
+        }
+        SampleType::I8 => {
+            sampled(extent, signal, |v| (v * f64::from(i8::MAX)).round() as i8).map(Samples::I8)
+        }
+        SampleType::U16 => {
+            sampled(extent, signal, |v| (v * f64::from(u16::MAX)).round() as u16).map(Samples::U16)
+        }
+        SampleType::I16 => {
+            sampled(extent, signal, |v| (v * f64::from(i16::MAX)).round() as i16).map(Samples::I16)
+        }
+        SampleType::F32 => sampled(extent, signal, |v| v as f32).map(Samples::F32),
+        other => {
+            return Err(InputError::Unsupported {
+                place,
+                found: format!("sample type {other}"),
+                supported: "u8, i8, u16, i16, f32".to_owned(),
+            });
+        }
+    };
+    let Some(samples) = samples else {
+        return Err(InputError::Memory { place, bytes: layout.bytes() });
+    };
+    DenseVolume::new(layout, samples).map_err(|problem| InputError::Data {
+        place,
+        problem,
+        remedy: "this is a fault of the generator".to_owned(),
+    })
+}
+
+/// Evaluates the signal slice by slice in parallel; `None` without the memory for it.
+fn sampled<T: Copy + Default + Send>(
+    extent: Extent,
+    signal: &dyn Signal,
+    quantised: impl Fn(f64) -> T + Sync,
+) -> Option<Vec<T>> {
+    let count = usize::try_from(extent.voxels()).ok()?;
+    let mut samples = Vec::new();
+    samples.try_reserve_exact(count).ok()?;
+    samples.resize(count, T::default());
+    let nx = extent.x() as usize;
+    let slice = nx * extent.y() as usize;
+    samples.par_chunks_mut(slice).zip(0..extent.z()).for_each_init(
+        || vec![0.0; nx],
+        |row, (slice, z)| {
+            for (out, y) in slice.chunks_exact_mut(nx).zip(0..) {
+                signal.fill_row(y, z, row);
+                for (o, v) in out.iter_mut().zip(&*row) {
+                    *o = quantised(*v);
+                }
+            }
+        },
+    );
+    Some(samples)
+}

@@ -1,0 +1,178 @@
+//! MetaImage, the image format of ITK's MetaIO: <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
+//!
+//! Read are scalar volumes with three axes, raw or zlib, in the same file (`LOCAL`) or in one data file.
+
+use std::path::PathBuf;
+
+use cvr_core::volume::{DenseVolume, SampleType};
+
+use super::header::{Field, Fields, HeaderText, is_file_pattern};
+use super::layout::scalar_layout;
+use super::payload::{Encoding, Payload, Skip};
+use super::{ByteOrder, InputError, Place};
+
+/// MetaImage has no magic; these keys begin the files that MetaIO and others write.
+pub(super) fn looks_like(text: &HeaderText) -> bool {
+    let first = text.lines().find(|l| !l.text.is_empty());
+    let key = first.as_ref().and_then(|l| l.text.split_once('=')).map(|(key, _)| key.trim());
+    matches!(key, Some("ObjectType" | "NDims" | "Comment"))
+}
+
+/// Reads the volume that this header describes.
+pub(super) fn read(text: &HeaderText) -> Result<DenseVolume, InputError> {
+    let (fields, data_offset) = parse(text)?;
+    if let Some(object) = fields.get("objecttype")
+        && !object.value.eq_ignore_ascii_case("Image")
+    {
+        return Err(object.unsupported("Image"));
+    }
+    let axes = fields.require("ndims", "NDims = 3")?;
+    if axes.number::<u32>("a whole number")? != 3 {
+        return Err(axes.unsupported("NDims = 3, a scalar volume; save one volume of a series"));
+    }
+    if let Some(channels) = fields.get("elementnumberofchannels")
+        && channels.number::<u32>("a whole number")? != 1
+    {
+        return Err(channels.unsupported("1, a scalar volume; save one channel"));
+    }
+    if let Some(binary) = fields.get("binarydata")
+        && !truth(binary)?
+    {
+        return Err(binary.unsupported("BinaryData = True"));
+    }
+    let sample = sample_type(fields.require("elementtype", "ElementType = MET_UCHAR")?)?;
+    let spacing = match fields.get("elementspacing").or_else(|| fields.get("elementsize")) {
+        Some(field) => field.spacing()?,
+        None => [1.0; 3],
+    };
+    let dims = fields.require("dimsize", "DimSize = 256 256 128")?;
+    let layout = scalar_layout(&dims.place, dims.dims()?, spacing, sample)?;
+    let (file, place, data_offset) = data_file(&fields, text, data_offset)?;
+    let encoding = match fields.get("compresseddata") {
+        Some(field) if truth(field)? => Encoding::Zlib,
+        _ => Encoding::Raw,
+    };
+    let (offset, skip) = header_size(&fields, encoding, data_offset)?;
+    // Without compression the key means nothing.
+    let stored_bytes = match fields.get("compresseddatasize") {
+        Some(field) if encoding == Encoding::Zlib => Some(field.number("a whole number of bytes")?),
+        _ => None,
+    };
+    let byte_order = byte_order(&fields)?;
+    Payload { file, place, offset, skip_lines: 0, skip, stored_bytes, encoding, byte_order }.read(layout)
+}
+
+/// The fields up to `ElementDataFile`, which ends the header, and the offset behind that line.
+fn parse(text: &HeaderText) -> Result<(Fields, u64), InputError> {
+    let mut fields = Fields::of(text);
+    for line in text.lines().filter(|l| !l.text.is_empty()) {
+        let Some((name, value)) = line.text.split_once('=') else {
+            return Err(text.malformed(&line, "wanted: `Key = Value`, up to `ElementDataFile = …`"));
+        };
+        let normalised = name.trim().to_ascii_lowercase();
+        let is_last = normalised == "elementdatafile";
+        // Keys of one's own are legal, and may repeat; of those that are read, none may.
+        if READ.contains(&normalised.as_str()) {
+            let field = Field {
+                place: text.place(line.number),
+                line: line.number,
+                name: name.trim().to_owned(),
+                value: value.trim().to_owned(),
+            };
+            fields.add(normalised, field)?;
+        }
+        if is_last {
+            return Ok((fields, line.end));
+        }
+    }
+    Err(fields.missing("ElementDataFile = LOCAL"))
+}
+
+const READ: [&str; 14] = [
+    "binarydata",
+    "binarydatabyteordermsb",
+    "compresseddata",
+    "compresseddatasize",
+    "dimsize",
+    "elementbyteordermsb",
+    "elementdatafile",
+    "elementnumberofchannels",
+    "elementsize",
+    "elementspacing",
+    "elementtype",
+    "headersize",
+    "ndims",
+    "objecttype",
+];
+
+fn truth(field: &Field) -> Result<bool, InputError> {
+    match field.value.to_ascii_lowercase().as_str() {
+        "true" | "1" => Ok(true),
+        "false" | "0" => Ok(false),
+        _ => Err(field.malformed("`True` or `False`")),
+    }
+}
+
+fn sample_type(field: &Field) -> Result<SampleType, InputError> {
+    match field.value.as_str() {
+        "MET_UCHAR" => Ok(SampleType::U8),
+        "MET_CHAR" => Ok(SampleType::I8),
+        "MET_USHORT" => Ok(SampleType::U16),
+        "MET_SHORT" => Ok(SampleType::I16),
+        "MET_FLOAT" => Ok(SampleType::F32),
+        _ => Err(field.unsupported("MET_UCHAR, MET_CHAR, MET_USHORT, MET_SHORT, MET_FLOAT")),
+    }
+}
+
+/// Two keys mean the same; little-endian where both are absent.
+fn byte_order(fields: &Fields) -> Result<ByteOrder, InputError> {
+    let keys = (fields.get("binarydatabyteordermsb"), fields.get("elementbyteordermsb"));
+    let most_significant_first = match keys {
+        (Some(a), Some(b)) if truth(a)? != truth(b)? => {
+            let (first, second) = if a.line < b.line { (a, b) } else { (b, a) };
+            return Err(second.conflicts(first));
+        }
+        (Some(field), _) | (None, Some(field)) => truth(field)?,
+        (None, None) => false,
+    };
+    Ok(if most_significant_first { ByteOrder::Big } else { ByteOrder::Little })
+}
+
+/// File of the voxels, what errors call it, and where in it the data begin.
+fn data_file(
+    fields: &Fields,
+    text: &HeaderText,
+    data_offset: u64,
+) -> Result<(PathBuf, Place, u64), InputError> {
+    let field = fields.require("elementdatafile", "ElementDataFile = LOCAL")?;
+    let name = field.value.as_str();
+    match name {
+        "" => Err(field.malformed("`LOCAL`, or the name of a file, relative to the header")),
+        "LOCAL" | "Local" | "local" => Ok((text.path().to_owned(), Place::file(text.path()), data_offset)),
+        _ if name.split_whitespace().next() == Some("LIST") || is_file_pattern(name) => {
+            Err(field
+                .unsupported("LOCAL or one data file, not one file per slice; save the volume as a whole"))
+        }
+        _ => {
+            let data = text.path().with_file_name(name);
+            let header = text.path().to_owned();
+            Ok((data.clone(), Place::Data { data, header, line: field.line }, 0))
+        }
+    }
+}
+
+/// `HeaderSize` counts from the beginning of the data's file; -1 puts the data at its end.
+fn header_size(fields: &Fields, encoding: Encoding, data_offset: u64) -> Result<(u64, Skip), InputError> {
+    let Some(field) = fields.get("headersize") else {
+        return Ok((data_offset, Skip::Bytes(0)));
+    };
+    let wanted = match encoding {
+        Encoding::Raw => "a whole number of bytes, or -1 for data at the end of the file",
+        _ => "a whole number of bytes (-1 goes with uncompressed data only)",
+    };
+    match field.number::<i64>(wanted)? {
+        -1 if encoding == Encoding::Raw => Ok((data_offset, Skip::AllButVoxels)),
+        0 => Ok((data_offset, Skip::Bytes(0))),
+        n => u64::try_from(n).map(|n| (n, Skip::Bytes(0))).map_err(|_| field.malformed(wanted)),
+    }
+}
