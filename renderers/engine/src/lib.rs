@@ -1,1 +1,30 @@
-//! placeholder
+//! The only crate that names wgpu: devices, resources, execution, read-back, timing.
+//!
+//! A [`Device`] is opened once and shared. A [`Drawing`] is a [`cvr_core::render::Plan`] made runnable: shader
+//! generated, pipeline built, voxels resident. Whatever the driver refuses comes back as an [`EngineError`] of
+//! the call that caused it; nothing here panics or aborts because of a device.
+
+mod bindings;
+mod capabilities;
+mod cpu_time;
+mod device;
+mod drawing;
+mod dump;
+mod error;
+mod guard;
+mod readback;
+mod source;
+mod texels;
+mod texture;
+mod timestamps;
+mod upload;
+
+pub mod testing;
+pub mod timing;
+
+pub use capabilities::{Capabilities, TextureChoice, TextureFallback};
+pub use device::{Device, DeviceChoice, DeviceInfo, DeviceKind, list_adapters};
+pub use drawing::Drawing;
+pub use error::EngineError;
+pub use source::DrawSource;
+pub use texture::VolumeTexture;

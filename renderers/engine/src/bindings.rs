@@ -1,0 +1,232 @@
+//! From the bindings that a generated shader lists to a pipeline with everything bound.
+
+use std::collections::BTreeMap;
+
+use cvr_core::codec::Resource;
+use cvr_core::shader::{Binding, BindingKind, GeneratedShader};
+
+use crate::{Device, EngineError, VolumeTexture};
+
+/// What the bindings of a shader may hold. What the shader does not list need not be there.
+#[derive(Default)]
+pub(crate) struct Supplies<'a> {
+    /// Contents of the uniform `view`.
+    pub(crate) view: &'a [u8],
+    /// `transfer_table`.
+    pub(crate) table: &'a [[f32; 4]],
+    /// `image` or `dump`: what the shader writes.
+    pub(crate) output: Option<&'a wgpu::Buffer>,
+    /// The codec's buffers.
+    pub(crate) buffers: &'a [Resource<'a>],
+    /// The decoded volume.
+    pub(crate) texture: Option<&'a VolumeTexture>,
+}
+
+/// Parts of the codec's buffers that lie on the device: `(resource, first word)` → buffer. Passes share them.
+pub(crate) type Parts = BTreeMap<(usize, u64), wgpu::Buffer>;
+
+/// A pipeline and what is bound to it.
+#[derive(Debug)]
+pub(crate) struct Bound {
+    pipeline: wgpu::ComputePipeline,
+    groups: Vec<(u32, wgpu::BindGroup)>,
+}
+
+impl Bound {
+    /// Compiles `shader`, uploads what it reads, and binds everything.
+    pub(crate) fn new(
+        device: &Device,
+        shader: &GeneratedShader,
+        supplies: &Supplies<'_>,
+        parts: &mut Parts,
+    ) -> Result<Self, EngineError> {
+        let module = device.guarded("compiling a shader", || {
+            let source = wgpu::ShaderSource::Wgsl(shader.wgsl.as_str().into());
+            let label = Some(shader.entry.as_str());
+            Ok(device.wgpu().create_shader_module(wgpu::ShaderModuleDescriptor { label, source }))
+        })?;
+        let resident = device.guarded("uploading what a shader reads", || {
+            shader.bindings.iter().map(|binding| resident(device, binding, supplies, parts)).collect()
+        })?;
+        device.guarded("building a pipeline", || Ok(Self::assemble(device, shader, &module, &resident)))
+    }
+
+    fn assemble(
+        device: &Device,
+        shader: &GeneratedShader,
+        module: &wgpu::ShaderModule,
+        resident: &Vec<Resident>,
+    ) -> Self {
+        let bound = || shader.bindings.iter().zip(resident);
+        let last = shader.bindings.iter().map(|binding| binding.group).max();
+        let numbers = || 0..last.map_or(0, |last| last + 1);
+        let layouts: Vec<_> = numbers()
+            .map(|group| {
+                let of_group = bound().filter(|(binding, _)| binding.group == group);
+                let entries: Vec<_> = of_group.map(|(binding, _)| layout_entry(binding)).collect();
+                device.wgpu().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                    label: None,
+                    entries: &entries,
+                })
+            })
+            .collect();
+        let groups = numbers()
+            .zip(&layouts)
+            .map(|(group, layout)| {
+                let of_group = bound().filter(|(binding, _)| binding.group == group);
+                let entries: Vec<_> = of_group
+                    .map(|(binding, resident)| wgpu::BindGroupEntry {
+                        binding: binding.binding,
+                        resource: resident.as_binding(),
+                    })
+                    .collect();
+                let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+                (group, device.wgpu().create_bind_group(&descriptor))
+            })
+            .collect();
+        let layouts: Vec<_> = layouts.iter().map(Some).collect();
+        let layout = device.wgpu().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &layouts,
+            immediate_size: 0,
+        });
+        let pipeline = device.wgpu().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(&shader.entry),
+            layout: Some(&layout),
+            module,
+            entry_point: Some(&shader.entry),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        Self { pipeline, groups }
+    }
+
+    /// Records the dispatch.
+    pub(crate) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, [x, y, z]: [u32; 3]) {
+        pass.set_pipeline(&self.pipeline);
+        for (group, bound) in &self.groups {
+            pass.set_bind_group(*group, bound, &[]);
+        }
+        pass.dispatch_workgroups(x, y, z);
+    }
+}
+
+/// What one binding holds on the device.
+enum Resident {
+    Buffer(wgpu::Buffer),
+    Texture(wgpu::TextureView),
+    Sampler(wgpu::Sampler),
+}
+
+impl Resident {
+    fn as_binding(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Self::Buffer(buffer) => buffer.as_entire_binding(),
+            Self::Texture(view) => wgpu::BindingResource::TextureView(view),
+            Self::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
+        }
+    }
+}
+
+fn resident(
+    device: &Device,
+    binding: &Binding,
+    supplies: &Supplies<'_>,
+    parts: &mut Parts,
+) -> Result<Resident, EngineError> {
+    let missing =
+        |what: &str| EngineError::Unsupported(format!("the shader reads {what}, which the plan lacks"));
+    let storage = wgpu::BufferUsages::STORAGE;
+    Ok(match &binding.kind {
+        BindingKind::View => {
+            if supplies.view.is_empty() {
+                return Err(missing("`view`"));
+            }
+            // Uniform structs end on a multiple of 16 bytes.
+            let mut view = supplies.view.to_vec();
+            view.resize(view.len().next_multiple_of(16), 0);
+            Resident::Buffer(device.filled_buffer("view", wgpu::BufferUsages::UNIFORM, &view)?)
+        }
+        BindingKind::TransferTable => {
+            if supplies.table.is_empty() {
+                return Err(missing("`transfer_table`"));
+            }
+            let table = bytemuck::cast_slice(supplies.table);
+            Resident::Buffer(device.filled_buffer("transfer_table", storage, table)?)
+        }
+        BindingKind::Image | BindingKind::Dump => {
+            Resident::Buffer(supplies.output.ok_or_else(|| missing("an output"))?.clone())
+        }
+        BindingKind::Words { resource, first, words } => {
+            if let Some(part) = parts.get(&(*resource, *first)) {
+                return Ok(Resident::Buffer(part.clone()));
+            }
+            let whole = supplies.buffers.get(*resource).ok_or_else(|| missing("a buffer of the codec"))?;
+            let part = part_of(&whole.words, *first, *words)
+                .ok_or_else(|| missing(&format!("words beyond the end of `{}`", whole.name)))?;
+            // An empty buffer cannot be bound: the contract has it bound as one zero word.
+            let part = if part.is_empty() { &[0] } else { part };
+            let buffer = device.filled_buffer(whole.name, storage, bytemuck::cast_slice(part))?;
+            parts.insert((*resource, *first), buffer.clone());
+            Resident::Buffer(buffer)
+        }
+        BindingKind::VolumeTexture { .. } => {
+            Resident::Texture(supplies.texture.ok_or_else(|| missing("a texture"))?.view().clone())
+        }
+        BindingKind::VolumeSampler => {
+            Resident::Sampler(device.wgpu().create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("volume"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                // The default address mode clamps to the edge, as the manual filter does.
+                ..Default::default()
+            }))
+        }
+    })
+}
+
+/// Words `first..first + words`; an empty buffer has one part, of no words or of the one zero word.
+fn part_of(all: &[u32], first: u64, words: u64) -> Option<&[u32]> {
+    if all.is_empty() {
+        return (first == 0 && words <= 1).then_some(all);
+    }
+    let first = usize::try_from(first).ok()?;
+    all.get(first..first.checked_add(usize::try_from(words).ok()?)?)
+}
+
+fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let ty = match binding.kind {
+        BindingKind::View => buffer(wgpu::BufferBindingType::Uniform),
+        BindingKind::TransferTable | BindingKind::Words { .. } => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: true })
+        }
+        BindingKind::Image | BindingKind::Dump => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: false })
+        }
+        BindingKind::VolumeTexture { filterable } => wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable },
+            view_dimension: wgpu::TextureViewDimension::D3,
+            multisampled: false,
+        },
+        BindingKind::VolumeSampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+    };
+    let visibility = wgpu::ShaderStages::COMPUTE;
+    wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_cut_where_the_generator_says() {
+        let words = [1, 2, 3, 4, 5];
+        assert_eq!(part_of(&words, 0, 5), Some(&words[..]));
+        assert_eq!(part_of(&words, 2, 2), Some(&[3, 4][..]));
+        assert_eq!(part_of(&words, 4, 2), None);
+        assert_eq!(part_of(&words, u64::MAX, 2), None);
+        assert_eq!(part_of(&[], 0, 1), Some(&[][..]));
+        assert_eq!(part_of(&[], 1, 1), None);
+    }
+}

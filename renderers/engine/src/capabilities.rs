@@ -1,0 +1,218 @@
+//! What a device can do, as plain data: decisions about textures are made, and tested, without one.
+
+use cvr_core::codec::{DecodedForm, TexelFormat};
+use cvr_core::shader::{BindingLimits, TextureSampling};
+use cvr_core::volume::Extent;
+
+use crate::EngineError;
+
+/// The limits and optional features on which drawing depends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Capabilities {
+    /// Whether 16-bit unorm textures exist and can be filtered.
+    pub norm16: bool,
+    /// Whether single-precision textures can be filtered.
+    pub float32_filterable: bool,
+    /// Whether a pass can be timed on the device.
+    pub timestamps: bool,
+    /// Voxels along one axis of a 3-D texture.
+    pub texture_edge_voxels: u32,
+    /// Bytes of one storage binding.
+    pub storage_binding_bytes: u64,
+    /// Bytes of one buffer.
+    pub buffer_bytes: u64,
+    /// Storage buffers in one shader stage.
+    pub storage_buffers: u32,
+    /// Workgroups along one axis of a dispatch.
+    pub workgroups_per_axis: u32,
+}
+
+/// Why a volume sits in a wider texture, or is filtered otherwise, than its form asks for. No bits are lost.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum TextureFallback {
+    /// No 16-bit unorm textures: the values lie in a single-precision texture instead.
+    Float32ForUnorm16,
+    /// Single-precision textures cannot be filtered: the shader filters.
+    ManualForFloat32,
+    /// Both: no 16-bit unorm textures, and single-precision ones cannot be filtered.
+    ManualFloat32ForUnorm16,
+}
+
+impl std::fmt::Display for TextureFallback {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Float32ForUnorm16 => "no 16-bit unorm textures: stored in single precision",
+            Self::ManualForFloat32 => "single-precision textures cannot be filtered: the shader filters",
+            Self::ManualFloat32ForUnorm16 => {
+                "no 16-bit unorm textures, and single-precision ones cannot be filtered: stored in single \
+                 precision, the shader filters"
+            }
+        })
+    }
+}
+
+/// How a decoded volume is kept in a texture on some device.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct TextureChoice {
+    /// Texel format of the texture, and how its texels become data values. What the shader generator is told;
+    /// it differs from the decoder's own form where a fallback is in use.
+    pub form: DecodedForm,
+    /// Who can filter it.
+    pub sampling: TextureSampling,
+    /// What stands in for what, if anything.
+    pub fallback: Option<TextureFallback>,
+}
+
+impl Capabilities {
+    pub(crate) fn of(device: &wgpu::Device) -> Self {
+        let (limits, features) = (device.limits(), device.features());
+        Self {
+            norm16: features.contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM),
+            float32_filterable: features.contains(wgpu::Features::FLOAT32_FILTERABLE),
+            timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+            texture_edge_voxels: limits.max_texture_dimension_3d,
+            storage_binding_bytes: limits.max_storage_buffer_binding_size,
+            buffer_bytes: limits.max_buffer_size,
+            storage_buffers: limits.max_storage_buffers_per_shader_stage,
+            workgroups_per_axis: limits.max_compute_workgroups_per_dimension,
+        }
+    }
+
+    /// What the shader generator must keep to.
+    #[must_use]
+    pub fn binding_limits(&self) -> BindingLimits {
+        BindingLimits { storage_words: self.storage_bytes() / 4, storage_buffers: self.storage_buffers }
+    }
+
+    /// Bytes of the largest buffer that can be bound whole.
+    #[must_use]
+    pub fn storage_bytes(&self) -> u64 {
+        self.storage_binding_bytes.min(self.buffer_bytes)
+    }
+
+    /// How decoded values of this form are kept in a 3-D texture.
+    ///
+    /// # Errors
+    /// [`EngineError::TooLarge`] when the longest axis exceeds the device's 3-D textures;
+    /// [`EngineError::Unsupported`] when a form has no scale to divide by.
+    pub fn texture(&self, form: DecodedForm, extent: Extent) -> Result<TextureChoice, EngineError> {
+        let longest = extent.to_array().into_iter().max().unwrap_or(1);
+        if longest > self.texture_edge_voxels {
+            return Err(EngineError::TooLarge {
+                what: format!("a 3-D texture of {extent}"),
+                requested: u64::from(longest),
+                limit: u64::from(self.texture_edge_voxels),
+                unit: "voxels along one axis",
+            });
+        }
+        if !(form.scale.is_finite() && form.scale != 0.0 && form.offset.is_finite()) {
+            return Err(EngineError::Unsupported(format!(
+                "texels of scale {} and offset {} hold no values",
+                form.scale, form.offset
+            )));
+        }
+        let float32 = |of_unorm16: bool| {
+            // The values themselves: every scale and offset is undone before they are stored.
+            let form = DecodedForm::FLOAT32;
+            let (sampling, fallback) = match (self.float32_filterable, of_unorm16) {
+                (true, false) => (TextureSampling::Hardware, None),
+                (true, true) => (TextureSampling::Hardware, Some(TextureFallback::Float32ForUnorm16)),
+                (false, false) => (TextureSampling::Manual, Some(TextureFallback::ManualForFloat32)),
+                (false, true) => (TextureSampling::Manual, Some(TextureFallback::ManualFloat32ForUnorm16)),
+            };
+            TextureChoice { form, sampling, fallback }
+        };
+        Ok(match form.format {
+            TexelFormat::Unorm16 if !self.norm16 => float32(true),
+            TexelFormat::Float32 => float32(false),
+            TexelFormat::Unorm8 | TexelFormat::Unorm16 | TexelFormat::Float16 => {
+                TextureChoice { form, sampling: TextureSampling::Hardware, fallback: None }
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+impl Capabilities {
+    /// What every WebGPU device offers, and no optional feature.
+    pub(crate) const LEAST: Self = Self {
+        norm16: false,
+        float32_filterable: false,
+        timestamps: false,
+        texture_edge_voxels: 2048,
+        storage_binding_bytes: 128 << 20,
+        buffer_bytes: 256 << 20,
+        storage_buffers: 8,
+        workgroups_per_axis: 65535,
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: Capabilities = Capabilities { norm16: true, float32_filterable: true, ..Capabilities::LEAST };
+    const UNORM16: DecodedForm =
+        DecodedForm { format: TexelFormat::Unorm16, scale: 65535.0, offset: -32768.0 };
+
+    fn cube(edge: u32) -> Extent {
+        Extent::cube(edge).unwrap()
+    }
+
+    #[test]
+    fn a_capable_device_needs_no_fallback() {
+        for format in [TexelFormat::Unorm8, TexelFormat::Unorm16, TexelFormat::Float16, TexelFormat::Float32]
+        {
+            let form = DecodedForm { format, scale: 1.0, offset: 0.0 };
+            let choice = ALL.texture(form, cube(4)).unwrap();
+            assert_eq!(choice, TextureChoice { form, sampling: TextureSampling::Hardware, fallback: None });
+        }
+    }
+
+    #[test]
+    fn each_missing_feature_has_its_fallback() {
+        let no_norm16 = Capabilities { norm16: false, ..ALL };
+        let choice = no_norm16.texture(UNORM16, cube(4)).unwrap();
+        assert_eq!(choice.form, DecodedForm::FLOAT32);
+        assert_eq!(choice.sampling, TextureSampling::Hardware);
+        assert_eq!(choice.fallback, Some(TextureFallback::Float32ForUnorm16));
+
+        let choice = Capabilities::LEAST.texture(UNORM16, cube(4)).unwrap();
+        assert_eq!((choice.form, choice.sampling), (DecodedForm::FLOAT32, TextureSampling::Manual));
+        assert_eq!(choice.fallback, Some(TextureFallback::ManualFloat32ForUnorm16));
+
+        let choice = Capabilities::LEAST.texture(DecodedForm::FLOAT32, cube(4)).unwrap();
+        assert_eq!(choice.sampling, TextureSampling::Manual);
+        assert_eq!(choice.fallback, Some(TextureFallback::ManualForFloat32));
+
+        for format in [TexelFormat::Unorm8, TexelFormat::Float16] {
+            let form = DecodedForm { format, scale: 1.0, offset: 0.0 };
+            let choice = Capabilities::LEAST.texture(form, cube(4)).unwrap();
+            assert_eq!((choice.sampling, choice.fallback), (TextureSampling::Hardware, None));
+        }
+    }
+
+    #[test]
+    fn a_volume_that_is_too_long_is_refused_with_both_numbers() {
+        let error = ALL.texture(UNORM16, Extent::new(8, 2049, 8).unwrap()).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "a 3-D texture of 8×2049×8 needs 2049 voxels along one axis, this device offers 2048"
+        );
+        assert!(ALL.texture(UNORM16, Extent::new(8, 2048, 8).unwrap()).is_ok());
+    }
+
+    #[test]
+    fn a_form_without_scale_is_refused() {
+        for scale in [0.0, f32::NAN, f32::INFINITY] {
+            let form = DecodedForm { scale, ..UNORM16 };
+            assert!(matches!(ALL.texture(form, cube(2)), Err(EngineError::Unsupported(_))));
+        }
+    }
+
+    #[test]
+    fn a_binding_is_no_larger_than_a_buffer() {
+        let small = Capabilities { buffer_bytes: 1000, ..Capabilities::LEAST };
+        assert_eq!(small.binding_limits().storage_words, 250);
+    }
+}

@@ -1,0 +1,311 @@
+//! Adapters: which exist, which one is taken, and what is asked of it.
+
+use std::str::FromStr;
+use std::sync::Arc;
+
+use cvr_core::shader::BindingLimits;
+
+use crate::guard::Reports;
+use crate::{Capabilities, EngineError};
+
+/// Which adapter to open.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// The best: Vulkan, Metal or DX12 before GL; discrete before integrated, virtual, software.
+    #[default]
+    Auto,
+    /// The best among those whose name contains this text, in any case.
+    Named(String),
+    /// The adapter at this place of [`list_adapters`].
+    Index(usize),
+}
+
+impl FromStr for DeviceChoice {
+    type Err = std::convert::Infallible;
+
+    /// `auto`, `#` and a place in the list, or a part of a name.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        if text.eq_ignore_ascii_case("auto") {
+            return Ok(Self::Auto);
+        }
+        let index = text.strip_prefix('#').and_then(|digits| digits.parse().ok());
+        Ok(index.map_or_else(|| Self::Named(text.to_owned()), Self::Index))
+    }
+}
+
+impl std::fmt::Display for DeviceChoice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Named(name) => f.write_str(name),
+            Self::Index(index) => write!(f, "#{index}"),
+        }
+    }
+}
+
+/// What sort of device an adapter is, best first.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DeviceKind {
+    /// A card with memory of its own.
+    Discrete,
+    /// Shares the processor's memory.
+    Integrated,
+    /// Hosted in a virtual machine.
+    Virtual,
+    /// The processor itself.
+    Cpu,
+    /// The driver does not say.
+    Other,
+}
+
+impl DeviceKind {
+    /// Name used in records: `discrete`, `integrated`, `virtual`, `cpu`, `other`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Discrete => "discrete",
+            Self::Integrated => "integrated",
+            Self::Virtual => "virtual",
+            Self::Cpu => "cpu",
+            Self::Other => "other",
+        }
+    }
+}
+
+impl From<wgpu::DeviceType> for DeviceKind {
+    fn from(kind: wgpu::DeviceType) -> Self {
+        match kind {
+            wgpu::DeviceType::DiscreteGpu => Self::Discrete,
+            wgpu::DeviceType::IntegratedGpu => Self::Integrated,
+            wgpu::DeviceType::VirtualGpu => Self::Virtual,
+            wgpu::DeviceType::Cpu => Self::Cpu,
+            wgpu::DeviceType::Other => Self::Other,
+        }
+    }
+}
+
+/// What an adapter says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceInfo {
+    /// Name of the device.
+    pub name: String,
+    /// Name of the driver.
+    pub driver: String,
+    /// Version of the driver, as it words it.
+    pub driver_info: String,
+    /// `vulkan`, `metal`, `dx12` or `gl`.
+    pub backend: String,
+    /// Sort of device.
+    pub kind: DeviceKind,
+}
+
+impl DeviceInfo {
+    fn of(adapter: &wgpu::Adapter) -> Self {
+        let info = adapter.get_info();
+        Self {
+            name: info.name,
+            driver: info.driver,
+            driver_info: info.driver_info,
+            backend: info.backend.to_str().to_owned(),
+            kind: info.device_type.into(),
+        }
+    }
+
+    /// Orders adapters, best first. GL comes last whatever drives it: its compute support has gaps.
+    fn rank(&self) -> (bool, DeviceKind) {
+        (self.backend == "gl", self.kind)
+    }
+}
+
+impl std::fmt::Display for DeviceInfo {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} ({}, {}", self.name, self.backend, self.kind.name())?;
+        for text in [&self.driver, &self.driver_info] {
+            if !text.is_empty() {
+                write!(f, ", {text}")?;
+            }
+        }
+        f.write_str(")")
+    }
+}
+
+const NATIVE: wgpu::Backends =
+    wgpu::Backends::VULKAN.union(wgpu::Backends::METAL).union(wgpu::Backends::DX12);
+
+/// Adapters of some backends. An instance per call: GL alone costs a context, and most callers never need it.
+fn adapters(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = backends;
+    // Validation layers would be part of every timing; WGPU_VALIDATION=1 asks for them.
+    descriptor.flags = wgpu::InstanceFlags::empty().with_env();
+    pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends))
+}
+
+/// All adapters of this machine, those of GL last. Creates a GL context where GL exists.
+#[must_use]
+pub fn list_adapters() -> Vec<DeviceInfo> {
+    all_adapters().iter().map(DeviceInfo::of).collect()
+}
+
+fn all_adapters() -> Vec<wgpu::Adapter> {
+    let mut all = adapters(NATIVE);
+    all.extend(adapters(wgpu::Backends::GL));
+    all
+}
+
+/// Place of the adapter to take.
+fn choose(choice: &DeviceChoice, infos: &[DeviceInfo]) -> Option<usize> {
+    let best = |fits: &dyn Fn(&DeviceInfo) -> bool| {
+        (0..infos.len()).filter(|&i| fits(&infos[i])).min_by_key(|&i| infos[i].rank())
+    };
+    match choice {
+        DeviceChoice::Auto => best(&|_| true),
+        DeviceChoice::Named(name) => {
+            let name = name.to_lowercase();
+            best(&|info| info.name.to_lowercase().contains(&name))
+        }
+        DeviceChoice::Index(index) => (*index < infos.len()).then_some(*index),
+    }
+}
+
+/// An open device. Clones share it.
+#[derive(Clone, Debug)]
+pub struct Device(Arc<Open>);
+
+#[derive(Debug)]
+struct Open {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: DeviceInfo,
+    capabilities: Capabilities,
+    reports: Arc<Reports>,
+}
+
+impl Device {
+    /// Opens an adapter with all its limits and those optional features that this crate uses.
+    ///
+    /// # Errors
+    /// [`EngineError::NoAdapter`] when none fits, [`EngineError::Gpu`] when the driver refuses to open it.
+    pub fn open(choice: &DeviceChoice) -> Result<Self, EngineError> {
+        let mut candidates = match choice {
+            DeviceChoice::Auto => adapters(NATIVE),
+            DeviceChoice::Named(_) | DeviceChoice::Index(_) => all_adapters(),
+        };
+        if candidates.is_empty() {
+            candidates = all_adapters();
+        }
+        let infos: Vec<_> = candidates.iter().map(DeviceInfo::of).collect();
+        let Some(taken) = choose(choice, &infos) else {
+            return Err(EngineError::NoAdapter {
+                wanted: (*choice != DeviceChoice::Auto).then(|| choice.to_string()),
+                known: infos.iter().map(ToString::to_string).collect(),
+            });
+        };
+        Self::open_adapter(&candidates[taken], infos[taken].clone())
+    }
+
+    fn open_adapter(adapter: &wgpu::Adapter, info: DeviceInfo) -> Result<Self, EngineError> {
+        let wanted = wgpu::Features::TEXTURE_FORMAT_16BIT_NORM
+            | wgpu::Features::FLOAT32_FILTERABLE
+            | wgpu::Features::TIMESTAMP_QUERY;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("cvr"),
+            required_features: adapter.features() & wanted,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| EngineError::Gpu(format!("opening {info}: {e}")))?;
+        let reports = Reports::of(&device);
+        let capabilities = Capabilities::of(&device);
+        Ok(Self(Arc::new(Open { device, queue, info, capabilities, reports })))
+    }
+
+    /// What the adapter says of itself.
+    #[must_use]
+    pub fn info(&self) -> &DeviceInfo {
+        &self.0.info
+    }
+
+    /// What it can do, as far as drawing is concerned.
+    #[must_use]
+    pub fn capabilities(&self) -> &Capabilities {
+        &self.0.capabilities
+    }
+
+    /// What the shader generator must keep to.
+    #[must_use]
+    pub fn binding_limits(&self) -> BindingLimits {
+        self.0.capabilities.binding_limits()
+    }
+
+    pub(crate) fn wgpu(&self) -> &wgpu::Device {
+        &self.0.device
+    }
+
+    pub(crate) fn queue(&self) -> &wgpu::Queue {
+        &self.0.queue
+    }
+
+    pub(crate) fn reports(&self) -> &Reports {
+        &self.0.reports
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::test_device;
+
+    fn adapter(name: &str, backend: &str, kind: DeviceKind) -> DeviceInfo {
+        let (driver, driver_info) = (String::new(), String::new());
+        DeviceInfo { name: name.to_owned(), driver, driver_info, backend: backend.to_owned(), kind }
+    }
+
+    #[test]
+    fn the_best_adapter_is_taken_and_gl_only_as_a_last_resort() {
+        let infos = [
+            adapter("llvmpipe", "vulkan", DeviceKind::Cpu),
+            adapter("Radeon 780M", "vulkan", DeviceKind::Integrated),
+            adapter("GeForce 3090", "vulkan", DeviceKind::Discrete),
+            adapter("GeForce 3090", "gl", DeviceKind::Discrete),
+        ];
+        assert_eq!(choose(&DeviceChoice::Auto, &infos), Some(2));
+        assert_eq!(choose(&DeviceChoice::Auto, &infos[..2]), Some(1));
+        assert_eq!(choose(&DeviceChoice::Auto, &[infos[3].clone(), infos[0].clone()]), Some(1));
+        assert_eq!(choose(&DeviceChoice::Named("radeon".to_owned()), &infos), Some(1));
+        assert_eq!(choose(&DeviceChoice::Named("geforce".to_owned()), &infos), Some(2));
+        assert_eq!(choose(&DeviceChoice::Named("arc".to_owned()), &infos), None);
+        assert_eq!(choose(&DeviceChoice::Index(3), &infos), Some(3));
+        assert_eq!(choose(&DeviceChoice::Index(4), &infos), None);
+        assert_eq!(choose(&DeviceChoice::Auto, &[]), None);
+    }
+
+    #[test]
+    fn choices_are_written_as_they_are_read() {
+        for (text, choice) in [
+            ("auto", DeviceChoice::Auto),
+            ("#2", DeviceChoice::Index(2)),
+            ("#two", DeviceChoice::Named("#two".to_owned())),
+            ("llvmpipe", DeviceChoice::Named("llvmpipe".to_owned())),
+        ] {
+            assert_eq!(text.parse::<DeviceChoice>(), Ok(choice.clone()));
+            assert_eq!(choice.to_string(), text);
+        }
+    }
+
+    #[test]
+    fn an_unknown_name_lists_the_adapters_that_exist() {
+        let Some(device) = test_device("device::unknown_name") else { return };
+        let wanted = DeviceChoice::Named("no such adapter".to_owned());
+        let Err(EngineError::NoAdapter { known, .. }) = Device::open(&wanted) else { panic!("it opened") };
+        assert!(known.contains(&device.info().to_string()), "{known:?}");
+    }
+
+    #[test]
+    fn limits_are_those_of_the_adapter_not_the_defaults() {
+        let Some(device) = test_device("device::limits") else { return };
+        let limits = device.binding_limits();
+        assert!(limits.storage_words >= (128 << 20) / 4 && limits.storage_buffers >= 8, "{limits:?}");
+    }
+}

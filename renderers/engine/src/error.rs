@@ -1,0 +1,80 @@
+//! What can go wrong between a plan and its picture.
+
+use cvr_core::codec::DecodeError;
+use cvr_core::shader::ShaderError;
+
+/// Why a device cannot be opened, or a drawing cannot be made or run.
+#[derive(Debug, thiserror::Error)]
+pub enum EngineError {
+    /// No adapter exists, or none is the one asked for.
+    #[error("no graphics adapter{}; {}", asked_for(.wanted.as_deref()), known_adapters(.known))]
+    NoAdapter {
+        /// What was asked for; `None` for any.
+        wanted: Option<String>,
+        /// Adapters that exist, as [`crate::DeviceInfo`] prints them.
+        known: Vec<String>,
+    },
+    /// A resource exceeds what the device offers.
+    #[error("{what} needs {requested} {unit}, this device offers {limit}")]
+    TooLarge {
+        /// The resource.
+        what: String,
+        /// Size asked for.
+        requested: u64,
+        /// Size the device offers.
+        limit: u64,
+        /// Of what both are a number.
+        unit: &'static str,
+    },
+    /// The generator refused the shader.
+    #[error(transparent)]
+    Shader(#[from] ShaderError),
+    /// The stream does not hold what its shader reads.
+    #[error(transparent)]
+    Decode(#[from] DecodeError),
+    /// The device or its driver refused a call; the text names the step and the driver's reason.
+    #[error("{0}")]
+    Gpu(String),
+    /// The device ran out of memory.
+    #[error("out of device memory: {0}")]
+    OutOfMemory(String),
+    /// The device is gone (reset, unplugged, destroyed); every later call on it fails likewise.
+    #[error("the device was lost: {0}")]
+    DeviceLost(String),
+    /// What was asked for makes no sense on this device or with this decoder.
+    #[error("{0}")]
+    Unsupported(String),
+}
+
+fn asked_for(wanted: Option<&str>) -> String {
+    wanted.map_or_else(String::new, |name| format!(" matches `{name}`"))
+}
+
+fn known_adapters(known: &[String]) -> String {
+    if known.is_empty() {
+        return "none was found (is a Vulkan, Metal or DX12 driver installed?)".to_owned();
+    }
+    format!("there are: {}", known.join("; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_adapter_names_those_that_exist() {
+        let none = EngineError::NoAdapter { wanted: None, known: Vec::new() };
+        assert_eq!(
+            none.to_string(),
+            "no graphics adapter; none was found (is a Vulkan, Metal or DX12 driver installed?)"
+        );
+        let other = EngineError::NoAdapter {
+            wanted: Some("radeon".to_owned()),
+            known: vec!["llvmpipe (vulkan, cpu)".to_owned()],
+        };
+        assert_eq!(
+            other.to_string(),
+            "no graphics adapter matches `radeon`; there are: llvmpipe (vulkan, cpu)"
+        );
+    }
+}

@@ -1,0 +1,46 @@
+//! Buffers back into memory.
+
+use std::sync::mpsc;
+
+use bytemuck::Pod;
+
+use crate::{Device, EngineError};
+
+impl Device {
+    /// The first `bytes` of a buffer (a multiple of 4, not 0) as a vector, once everything submitted is done.
+    pub(crate) fn read_buffer<T: Pod>(
+        &self,
+        buffer: &wgpu::Buffer,
+        bytes: u64,
+    ) -> Result<Vec<T>, EngineError> {
+        self.guarded("reading back", || {
+            let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+            let staging = self.empty_buffer("read-back", usage, bytes)?;
+            let mut encoder = self.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
+            self.queue().submit([encoder.finish()]);
+            self.map_and_read(&staging)
+        })
+    }
+
+    /// Everything in a mappable buffer; unmaps it again. Call it inside of a guard.
+    pub(crate) fn map_and_read<T: Pod>(&self, staging: &wgpu::Buffer) -> Result<Vec<T>, EngineError> {
+        let (done, mapped) = mpsc::channel();
+        staging.map_async(wgpu::MapMode::Read, .., move |result| {
+            // The receiver outlives the wait below; a callback that comes later has nobody to tell.
+            let _ = done.send(result);
+        });
+        self.wait()?;
+        match mapped.try_recv() {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Err(EngineError::Gpu(format!("mapping a buffer: {error}"))),
+            Err(_) => return Err(EngineError::Gpu("mapping a buffer: the driver gave no answer".to_owned())),
+        }
+        let values = staging
+            .get_mapped_range(..)
+            .map(|view| bytemuck::pod_collect_to_vec(&view))
+            .map_err(|e| EngineError::Gpu(format!("reading a mapped buffer: {e}")));
+        staging.unmap();
+        values
+    }
+}

@@ -1,0 +1,70 @@
+//! Where a drawing's voxels come from.
+
+use std::sync::Arc;
+
+use cvr_core::codec::{Decoder, Resource};
+use cvr_core::shader::{ResourceSize, Source};
+use cvr_core::volume::{FrameIndex, Level, VolumeLayout};
+
+use crate::{EngineError, VolumeTexture};
+
+/// Where voxels come from.
+#[derive(Clone, Debug)]
+pub enum DrawSource<'a> {
+    /// Decoded in the shader, at every fetch.
+    Inline {
+        /// Codec id.
+        codec: &'a str,
+        /// The opened stream.
+        decoder: &'a dyn Decoder,
+        /// Time step.
+        frame: FrameIndex,
+        /// Resolution and stages.
+        level: Level,
+    },
+    /// Decoded before, on the CPU.
+    Texture(Arc<VolumeTexture>),
+}
+
+/// A source as the generator and the bindings want it.
+pub(crate) struct Voxels<'a> {
+    pub(crate) layout: &'a VolumeLayout,
+    pub(crate) source: Source<'a>,
+    pub(crate) buffers: Vec<Resource<'a>>,
+    pub(crate) texture: Option<&'a VolumeTexture>,
+}
+
+impl DrawSource<'_> {
+    /// Shape of the volume.
+    #[must_use]
+    pub fn layout(&self) -> &VolumeLayout {
+        match self {
+            Self::Inline { decoder, .. } => decoder.layout(),
+            Self::Texture(texture) => texture.layout(),
+        }
+    }
+
+    pub(crate) fn voxels(&self) -> Result<Voxels<'_>, EngineError> {
+        let layout = self.layout();
+        match self {
+            Self::Inline { codec, decoder, frame, level } => {
+                let shader = decoder.shader().ok_or_else(|| {
+                    EngineError::Unsupported(format!(
+                        "codec `{codec}` does not decode this stream in a shader"
+                    ))
+                })?;
+                let buffers = shader.resources(*frame)?;
+                let size = |r: &Resource<'_>| ResourceSize { name: r.name, words: r.words.len() as u64 };
+                let resources = buffers.iter().map(size).collect();
+                let (module, frame, level) = (shader.module(), *frame, *level);
+                let source = Source::Inline { codec, module, resources, frame, level };
+                Ok(Voxels { layout, source, buffers, texture: None })
+            }
+            Self::Texture(texture) => {
+                let choice = texture.choice();
+                let source = Source::Texture { form: choice.form, sampling: choice.sampling };
+                Ok(Voxels { layout, source, buffers: Vec::new(), texture: Some(texture) })
+            }
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Timing passes on the device, and when to believe it.
+
+use crate::{Device, EngineError};
+
+/// The device's own time of a frame, if it may be believed: milliseconds from the start of the first pass to
+/// the end of the last, against the wall clock around encode, submit and wait.
+///
+/// Some drivers report nonsense (0.04 ms for a frame of 104 ms). A true time is positive, does not exceed the
+/// wall clock (5 % for the difference of two clocks), and falls short of it by no more than submission and
+/// waiting cost: 1 ms, or half of a long frame.
+pub(crate) fn accepted(gpu_ms: f64, wall_ms: f64) -> Option<f64> {
+    let believable = gpu_ms > 0.0 && gpu_ms <= wall_ms * 1.05 && wall_ms - gpu_ms <= (0.5 * wall_ms).max(1.0);
+    believable.then_some(gpu_ms)
+}
+
+/// A pair of timestamps around the passes of one frame.
+#[derive(Debug)]
+pub(crate) struct FrameTimestamps {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    staging: wgpu::Buffer,
+    period_ns: f64,
+}
+
+const BYTES: u64 = 16;
+
+impl FrameTimestamps {
+    /// `None` where the device takes no time. Call it inside of a guard.
+    pub(crate) fn new(device: &Device) -> Result<Option<Self>, EngineError> {
+        if !device.capabilities().timestamps {
+            return Ok(None);
+        }
+        let queries = device.wgpu().create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("frame time"),
+            ty: wgpu::QueryType::Timestamp,
+            count: 2,
+        });
+        let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        let resolved = device.empty_buffer("frame time", usage, BYTES)?;
+        let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+        let staging = device.empty_buffer("frame time read-back", usage, BYTES)?;
+        let period_ns = f64::from(device.queue().get_timestamp_period());
+        Ok(Some(Self { queries, resolved, staging, period_ns }))
+    }
+
+    /// What pass `index` of `passes` writes.
+    pub(crate) fn writes(&self, index: usize, passes: usize) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        let (first, last) = (index == 0, index + 1 == passes);
+        (first || last).then_some(wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: first.then_some(0),
+            end_of_pass_write_index: last.then_some(1),
+        })
+    }
+
+    /// After the last pass.
+    pub(crate) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.staging, 0, BYTES);
+    }
+
+    /// Milliseconds between the two, once the frame is done. Call it inside of a guard.
+    pub(crate) fn read_ms(&self, device: &Device) -> Result<f64, EngineError> {
+        let ticks: Vec<u64> = device.map_and_read(&self.staging)?;
+        let [start, end] = ticks[..] else { return Ok(f64::NAN) };
+        Ok(end.wrapping_sub(start) as f64 * self.period_ns / 1e6)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_believable_times_are_accepted() {
+        for (gpu, wall, believable) in [
+            (100.0, 104.0, true),
+            (104.5, 104.0, true),
+            (52.0, 104.0, true),
+            (51.0, 104.0, false),
+            (0.04, 104.0, false),
+            (0.04, 0.2, true),
+            (0.04, 1.1, false),
+            (1.1, 2.0, true),
+            (110.0, 104.0, false),
+            (0.0, 0.2, false),
+            (-3.0, 0.2, false),
+            (f64::NAN, 1.0, false),
+            (f64::INFINITY, 1.0, false),
+        ] {
+            assert_eq!(accepted(gpu, wall), believable.then_some(gpu), "{gpu} of {wall}");
+        }
+    }
+}

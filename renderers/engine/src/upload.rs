@@ -1,0 +1,54 @@
+//! Moving large data to the device in slabs, so that staging memory stays bounded.
+
+use crate::{Device, EngineError};
+
+/// Bytes that are staged at a time. wgpu keeps a copy of everything written until the next submission is done.
+pub(crate) const SLAB_BYTES: usize = 32 << 20;
+
+impl Device {
+    /// A buffer of these bytes, whose number is a multiple of 4 and not 0. Call it inside of a guard.
+    pub(crate) fn filled_buffer(
+        &self,
+        label: &str,
+        usage: wgpu::BufferUsages,
+        bytes: &[u8],
+    ) -> Result<wgpu::Buffer, EngineError> {
+        let size = bytes.len() as u64;
+        let buffer = self.empty_buffer(label, usage | wgpu::BufferUsages::COPY_DST, size)?;
+        for (i, slab) in bytes.chunks(SLAB_BYTES).enumerate() {
+            self.queue().write_buffer(&buffer, (i * SLAB_BYTES) as u64, slab);
+            self.flush(bytes.len() > SLAB_BYTES)?;
+        }
+        Ok(buffer)
+    }
+
+    /// A zeroed buffer. Call it inside of a guard.
+    pub(crate) fn empty_buffer(
+        &self,
+        label: &str,
+        usage: wgpu::BufferUsages,
+        size: u64,
+    ) -> Result<wgpu::Buffer, EngineError> {
+        let limit = self.capabilities().buffer_bytes;
+        if size > limit {
+            let what = format!("a buffer of `{label}`");
+            return Err(EngineError::TooLarge { what, requested: size, limit, unit: "bytes" });
+        }
+        let label = Some(label);
+        Ok(self.wgpu().create_buffer(&wgpu::BufferDescriptor {
+            label,
+            size,
+            usage,
+            mapped_at_creation: false,
+        }))
+    }
+
+    /// Sends what was written so far on its way, if there is more to come than should be staged at once.
+    pub(crate) fn flush(&self, much: bool) -> Result<(), EngineError> {
+        if much {
+            self.queue().submit([]);
+            self.wait()?;
+        }
+        Ok(())
+    }
+}
