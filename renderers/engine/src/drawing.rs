@@ -169,3 +169,6 @@ fn check_workgroups(device: &Device, workgroups: [u32; 3]) -> Result<(), EngineE
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

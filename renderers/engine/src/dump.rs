@@ -3,7 +3,7 @@
 use cvr_core::codec::Decoder;
 use cvr_core::render::Template;
 use cvr_core::shader::{BindingKind, GeneratedShader, Request, generate};
-use cvr_core::volume::{FrameIndex, Level};
+use cvr_core::volume::{Extent, FrameIndex, Level};
 
 use crate::bindings::{Bound, Parts, Supplies};
 use crate::{Device, DrawSource, EngineError};
@@ -12,6 +12,23 @@ use crate::{Device, DrawSource, EngineError};
 const WORKGROUP: u64 = 64;
 
 impl Device {
+    /// All decoded samples of `frame` (x fastest, channels interleaved, data units), by the codec's snippet in
+    /// the real generated shader. With `use_cell` each voxel comes out of `<id>_fetch_cell`.
+    ///
+    /// # Errors
+    /// A sentence that says why there is no result: no shader, a refused shader, too large, a lost device.
+    pub fn dump_voxels(
+        &self,
+        codec: &str,
+        decoder: &dyn Decoder,
+        frame: FrameIndex,
+        use_cell: bool,
+    ) -> Result<Vec<f32>, String> {
+        let source = DrawSource::Inline { codec, decoder, frame, level: Level::FULL };
+        let template = if use_cell { cvr_shaders::DUMP_CELL } else { cvr_shaders::DUMP };
+        self.dump_source(&source, template).map_err(|e| e.to_string())
+    }
+
     /// All samples of a frame (x fastest, channels interleaved, data units), fetched by `template`: a compute
     /// shader `dump` of 64 invocations along x, whose dispatch overflows into y, and which checks bounds.
     ///
@@ -29,16 +46,18 @@ impl Device {
             limits: self.binding_limits(),
         })?;
         let supplies = Supplies { buffers: &voxels.buffers, texture: voxels.texture, ..Supplies::default() };
-        self.run_dump(&shader, supplies, voxels.layout.samples_per_frame())
+        self.run_dump(&shader, supplies, voxels.layout.extent, voxels.layout.channels)
     }
 
-    /// Runs a dump shader that writes `samples` samples.
+    /// Runs a dump shader, one invocation per voxel.
     pub(crate) fn run_dump(
         &self,
         shader: &GeneratedShader,
         supplies: Supplies<'_>,
-        samples: u64,
+        extent: Extent,
+        channels: u32,
     ) -> Result<Vec<f32>, EngineError> {
+        let samples = extent.voxels() * u64::from(channels);
         let (bytes, limit) = (samples * 4, self.capabilities().storage_bytes());
         if bytes > limit {
             let what = format!("a dump of {samples} samples");
@@ -51,7 +70,7 @@ impl Device {
         self.guarded("dumping voxels", || {
             let mut encoder = self.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            bound.dispatch(&mut pass, dump_workgroups(samples));
+            bound.dispatch(&mut pass, dump_workgroups(extent.voxels()));
             drop(pass);
             self.queue().submit([encoder.finish()]);
             Ok(())
@@ -68,16 +87,4 @@ fn dump_workgroups(invocations: u64) -> [u32; 3] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_dispatch_covers_every_sample_within_the_limits() {
-        for samples in [1, 64, 65, 65535 * 64, 65535 * 64 + 1, 256 * 256 * 256, 1 << 28] {
-            let [x, y, z] = dump_workgroups(samples);
-            assert!(u64::from(x) * u64::from(y) * u64::from(z) * WORKGROUP >= samples);
-            assert!(x <= 65535 && y <= 65535);
-        }
-        assert_eq!(dump_workgroups(1), [1, 1, 1]);
-    }
-}
+mod tests;

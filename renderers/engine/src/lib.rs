@@ -17,6 +17,8 @@ mod source;
 mod texels;
 mod texture;
 mod timestamps;
+#[cfg(test)]
+mod toy;
 mod upload;
 
 pub mod testing;

@@ -11,17 +11,18 @@ use crate::{Capabilities, TextureFallback};
 /// Loads every texel and undoes scale and offset, as generated shaders do.
 fn load_all(device: &Device, volume: &VolumeTexture) -> Vec<f32> {
     let DecodedForm { scale, offset, .. } = volume.choice().form;
-    let (channels, [x, y, _]) = (volume.layout().channels, volume.layout().extent.to_array());
+    let (channels, extent) = (volume.layout().channels, volume.layout().extent);
+    let ([x, y, _], voxels) = (extent.to_array(), extent.voxels());
     let wgsl = format!(
         "@group(0) @binding(0) var<storage, read_write> dump: array<f32>;
          @group(1) @binding(0) var volume: texture_3d<f32>;
          @compute @workgroup_size(64)
-         fn load(@builtin(global_invocation_id) id: vec3<u32>) {{
-             let i = id.x + id.y * 65535u * 64u;
-             if i >= arrayLength(&dump) {{ return; }}
-             let v = i / {channels}u;
-             let p = vec3<u32>(v % {x}u, v / {x}u % {y}u, v / ({x}u * {y}u));
-             dump[i] = f32({offset:?}) + f32({scale:?}) * textureLoad(volume, p, 0)[i % {channels}u];
+         fn load(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {{
+             let i = id.x + id.y * groups.x * 64u;
+             if i >= {voxels}u {{ return; }}
+             let p = vec3<u32>(i % {x}u, i / {x}u % {y}u, i / ({x}u * {y}u));
+             let value = f32({offset:?}) + f32({scale:?}) * textureLoad(volume, p, 0);
+             for (var c = 0u; c < {channels}u; c++) {{ dump[i * {channels}u + c] = value[c]; }}
          }}"
     );
     let filterable = volume.choice().sampling == TextureSampling::Hardware;
@@ -35,7 +36,7 @@ fn load_all(device: &Device, volume: &VolumeTexture) -> Vec<f32> {
         entry: "load".to_owned(),
     };
     let supplies = Supplies { texture: Some(volume), ..Supplies::default() };
-    device.run_dump(&shader, supplies, volume.layout().samples_per_frame()).unwrap()
+    device.run_dump(&shader, supplies, extent, channels).unwrap()
 }
 
 fn layout(extent: [u32; 3], channels: u32) -> VolumeLayout {

@@ -1,0 +1,157 @@
+use std::sync::Arc;
+
+use cvr_core::codec::Decoder;
+use cvr_core::render::{ComputePass, Template};
+use cvr_core::shader::BindingKind;
+use cvr_core::volume::{FrameIndex, Level};
+
+use super::*;
+use crate::VolumeTexture;
+use crate::testing::test_device;
+use crate::toy::{SNIPPET, Toy};
+
+/// Paints slice `view.z` of the volume, one pixel per voxel, tinted by the first entry of the table.
+const PAINT: Template = Template {
+    file: "shaders/paint.wgsl",
+    source: "\
+struct View { size: vec2<u32>, z: f32 }
+@compute @workgroup_size(8, 8)
+fn paint(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= view.size.x || id.y >= view.size.y { return; }
+    let value = volume_sample(vec3<f32>(vec2<f32>(id.xy) + 0.5, view.z));
+    image[id.y * view.size.x + id.x] = vec4<f32>(value, transfer_table[0].xyz);
+}
+",
+};
+
+const TINT: [f32; 4] = [0.25, 0.5, 0.75, 1.0];
+
+fn plan(size: [u32; 2], z: f32) -> Plan {
+    let mut view: Vec<u8> = size.iter().flat_map(|v| v.to_le_bytes()).collect();
+    view.extend(z.to_le_bytes());
+    let pass = ComputePass {
+        templates: vec![PAINT],
+        entry: "paint",
+        bindings: &[BindingKind::View, BindingKind::TransferTable, BindingKind::Image],
+        view,
+        workgroups: [size[0].div_ceil(8), size[1].div_ceil(8), 1],
+    };
+    Plan { size, passes: vec![Pass::Compute(pass)], transfer_table: vec![TINT; 4] }
+}
+
+fn inline(toy: &Toy) -> DrawSource<'_> {
+    DrawSource::Inline { codec: "toy", decoder: toy, frame: FrameIndex::FIRST, level: Level::FULL }
+}
+
+fn texture(device: &Device, toy: &Toy) -> VolumeTexture {
+    VolumeTexture::upload(device, &toy.layout, &toy.values(), toy.decoded_form()).unwrap()
+}
+
+/// Mean of two slices, pixel by pixel.
+fn expect(toy: &Toy, slices: [usize; 2], image: &Image, tolerance: f32) {
+    let values = toy.values();
+    let area = image.pixels().len();
+    for (i, pixel) in image.pixels().iter().enumerate() {
+        let want = (values[slices[0] * area + i] + values[slices[1] * area + i]) / 2.0;
+        assert!((pixel[0] - want).abs() <= tolerance, "pixel {i}: {} for {want}", pixel[0]);
+        assert_eq!(pixel[1..], TINT[..3]);
+    }
+}
+
+#[test]
+fn all_sources_and_filters_paint_the_same_slice() {
+    let Some(device) = test_device("drawing::sources_and_filters") else { return };
+    let toy = Toy::new([13, 17, 5], 1);
+    let texture = texture(device, &toy);
+    let manual = DrawSource::Texture(Arc::new(texture.with_manual_sampling()));
+    let texture = DrawSource::Texture(Arc::new(texture));
+    // Between slices 1 and 2 (z = 2) every interpolation is half of each; the texture unit has 8-bit weights.
+    for (source, filter, z, slices, tolerance) in [
+        (inline(&toy), Filter::Nearest, 2.9, [2, 2], 0.0),
+        (inline(&toy), Filter::Linear, 2.0, [1, 2], 0.01),
+        (inline(&toy), Filter::OptimisedLinear, 2.0, [1, 2], 0.01),
+        (texture.clone(), Filter::Nearest, 2.9, [2, 2], 0.01),
+        (manual, Filter::Linear, 2.0, [1, 2], 0.01),
+        (texture, Filter::Linear, 2.0, [1, 2], 65535.0 / 255.0),
+    ] {
+        let drawing = Drawing::new(device, &plan([13, 17], z), &source, filter).unwrap();
+        assert_eq!(drawing.read_image().unwrap(), Image::new([13, 17]), "nothing is drawn yet");
+        drawing.draw_timed().unwrap();
+        expect(&toy, slices, &drawing.read_image().unwrap(), tolerance);
+    }
+}
+
+#[test]
+fn resident_bytes_are_those_of_the_volume() {
+    let Some(device) = test_device("drawing::resident_bytes") else { return };
+    let toy = Toy::new([13, 17, 5], 1);
+    let plan = plan([13, 17], 0.5);
+    let drawing = Drawing::new(device, &plan, &inline(&toy), Filter::Linear).unwrap();
+    assert_eq!(drawing.resident_bytes(), 13 * 17 * 5 * 4);
+    assert!(drawing.wgsl().contains("toy_fetch"));
+    let texture = Arc::new(texture(device, &toy));
+    let source = DrawSource::Texture(Arc::clone(&texture));
+    let drawing = Drawing::new(device, &plan, &source, Filter::Linear).unwrap();
+    assert_eq!(drawing.resident_bytes(), texture.bytes());
+}
+
+#[test]
+fn a_frame_has_its_times() {
+    let Some(device) = test_device("drawing::times") else { return };
+    let toy = Toy::new([64, 64, 4], 1);
+    let drawing = Drawing::new(device, &plan([64, 64], 1.0), &inline(&toy), Filter::Linear).unwrap();
+    for _ in 0..3 {
+        let time = drawing.draw_timed().unwrap();
+        assert!(time.wall_ms > 0.0);
+        assert!(time.gpu_ms.is_none_or(|gpu| gpu > 0.0 && gpu <= time.wall_ms * 1.05));
+        assert!(time.cpu_ms.is_none_or(|cpu| cpu >= 0.0));
+        println!("{time:?}");
+    }
+}
+
+#[test]
+fn refusals_say_why() {
+    let Some(device) = test_device("drawing::refusals") else { return };
+    let toy = Toy::new([13, 17, 5], 1);
+    let refuse = |plan: &Plan, source: &DrawSource<'_>| {
+        Drawing::new(device, plan, source, Filter::Linear).unwrap_err()
+    };
+    let broken =
+        Toy { snippet: "fn toy_fetch(p: vec3<i32>) -> vec4<f32> { return q; }", ..Toy::new([4; 3], 1) };
+    let error = refuse(&plan([4, 4], 0.5), &inline(&broken));
+    assert!(matches!(&error, EngineError::Shader(e) if e.0.contains("toy/decode.wgsl")), "{error}");
+
+    assert!(matches!(refuse(&plan([0, 4], 0.5), &inline(&toy)), EngineError::Unsupported(_)));
+    let error = refuse(&plan([1 << 20, 1 << 20], 0.5), &inline(&toy));
+    assert!(matches!(error, EngineError::TooLarge { .. }), "{error}");
+
+    let mut empty = plan([4, 4], 0.5);
+    empty.passes.clear();
+    assert!(matches!(refuse(&empty, &inline(&toy)), EngineError::Unsupported(_)));
+
+    let mut wide = plan([4, 4], 0.5);
+    let Pass::Compute(pass) = &mut wide.passes[0] else { panic!("a compute pass") };
+    pass.workgroups[0] = u32::MAX;
+    assert!(matches!(refuse(&wide, &inline(&toy)), EngineError::TooLarge { .. }));
+
+    // A uniform that is too short passes the generator; the driver's refusal is a value too.
+    let mut short = plan([4, 4], 0.5);
+    let Pass::Compute(pass) = &mut short.passes[0] else { panic!("a compute pass") };
+    pass.view.clear();
+    assert!(matches!(refuse(&short, &inline(&toy)), EngineError::Unsupported(_)));
+    assert!(SNIPPET.contains("toy_fetch_cell"));
+}
+
+#[test]
+fn a_device_lost_between_frames_is_an_error_of_the_frame() {
+    if test_device("drawing::lost_device").is_none() {
+        return;
+    }
+    let device = Device::open(&crate::DeviceChoice::Auto).unwrap();
+    let toy = Toy::new([13, 17, 5], 1);
+    let drawing = Drawing::new(&device, &plan([13, 17], 0.5), &inline(&toy), Filter::Nearest).unwrap();
+    drawing.draw_timed().unwrap();
+    device.wgpu().destroy();
+    assert!(matches!(drawing.draw_timed(), Err(EngineError::DeviceLost(_))));
+    assert!(matches!(drawing.read_image(), Err(EngineError::DeviceLost(_))));
+}

@@ -1,0 +1,93 @@
+use std::sync::Arc;
+
+use cvr_core::shader::BindingLimits;
+
+use super::*;
+use crate::VolumeTexture;
+use crate::testing::test_device;
+use crate::toy::Toy;
+
+const FIRST: FrameIndex = FrameIndex::FIRST;
+
+#[test]
+fn a_dispatch_covers_every_voxel_within_the_limits() {
+    for voxels in [1, 64, 65, 65535 * 64, 65535 * 64 + 1, 256 * 256 * 256, 1 << 28] {
+        let [x, y, z] = dump_workgroups(voxels);
+        assert!(u64::from(x) * u64::from(y) * u64::from(z) * WORKGROUP >= voxels);
+        assert!(x <= 65535 && y <= 65535);
+    }
+    assert_eq!(dump_workgroups(1), [1, 1, 1]);
+}
+
+#[test]
+fn every_voxel_of_odd_volumes_comes_back() {
+    let Some(device) = test_device("dump::odd_volumes") else { return };
+    // The last one needs a second row of workgroups.
+    for (extent, channels) in
+        [([1, 1, 1], 1), ([13, 17, 23], 1), ([13, 17, 23], 3), ([1, 301, 1], 1), ([300, 300, 47], 1)]
+    {
+        let toy = Toy::new(extent, channels);
+        for use_cell in [false, true] {
+            let got = device.dump_voxels("toy", &toy, FIRST, use_cell).unwrap();
+            assert!(got == toy.values(), "{extent:?} × {channels}, cell: {use_cell}");
+        }
+    }
+}
+
+#[test]
+fn a_texture_dumps_like_its_decoder() {
+    let Some(device) = test_device("dump::texture") else { return };
+    let toy = Toy::new([13, 17, 23], 3);
+    let texture = VolumeTexture::upload(device, &toy.layout, &toy.values(), toy.decoded_form()).unwrap();
+    let source = DrawSource::Texture(Arc::new(texture));
+    let got = device.dump_source(&source, cvr_shaders::DUMP).unwrap();
+    assert_eq!(got.iter().map(|v| v.round()).collect::<Vec<_>>(), toy.values());
+}
+
+#[test]
+fn a_buffer_over_several_bindings_reads_as_one() {
+    let Some(device) = test_device("dump::split_buffer") else { return };
+    let toy = Toy::new([13, 17, 23], 1);
+    let source = DrawSource::Inline { codec: "toy", decoder: &toy, frame: FIRST, level: Level::FULL };
+    let voxels = source.voxels().unwrap();
+    let shader = generate(&Request {
+        templates: &[cvr_shaders::DUMP],
+        entry: "dump",
+        bindings: &[BindingKind::Dump],
+        layout: voxels.layout,
+        source: voxels.source.clone(),
+        filter: None,
+        limits: BindingLimits { storage_words: 1000, storage_buffers: 8 },
+    })
+    .unwrap();
+    let parts = shader.bindings.iter().filter(|b| matches!(b.kind, BindingKind::Words { .. })).count();
+    assert_eq!(parts, toy.words.len().div_ceil(1000));
+    let supplies = Supplies { buffers: &voxels.buffers, ..Supplies::default() };
+    assert_eq!(device.run_dump(&shader, supplies, toy.layout.extent, 1).unwrap(), toy.values());
+}
+
+#[test]
+fn an_empty_buffer_reads_as_one_zero_word() {
+    let Some(device) = test_device("dump::empty_buffer") else { return };
+    let toy = Toy { words: Vec::new(), ..Toy::new([1, 1, 1], 1) };
+    assert_eq!(device.dump_voxels("toy", &toy, FIRST, false), Ok(vec![0.0]));
+}
+
+#[test]
+fn failures_are_sentences() {
+    let Some(device) = test_device("dump::failures") else { return };
+    let dump = |toy: &Toy| device.dump_voxels("toy", toy, FIRST, false).unwrap_err();
+    let wrong =
+        Toy { snippet: "fn toy_fetch(p: vec3<i32>) -> vec4<f32> { return 1; }", ..Toy::new([2; 3], 1) };
+    let text = dump(&wrong);
+    assert!(text.contains("toy/decode.wgsl"), "{text}");
+    let text = dump(&Toy { snippet: "", ..Toy::new([2; 3], 1) });
+    assert_eq!(text, "codec `toy` does not decode this stream in a shader");
+    // The dump is refused before anything of its size is made.
+    let huge = Toy { words: vec![0], layout: Toy::new([1; 3], 1).layout, snippet: crate::toy::SNIPPET };
+    let mut huge_layout = huge.layout.clone();
+    let slices = device.capabilities().storage_bytes() / (4 * 1024 * 1024) + 1;
+    huge_layout.extent = Extent::new(1024, 1024, slices as u32).unwrap();
+    let text = dump(&Toy { layout: huge_layout, ..huge });
+    assert!(text.contains("bytes in one buffer") && text.contains("a dump of"), "{text}");
+}
