@@ -1,3 +1,9 @@
 //! `cvr`, a workbench for compressed volume rendering: configure experiments, add codecs, compare fairly.
 
+pub mod cli;
+pub mod commands;
+pub mod experiment;
 pub mod input;
+pub mod progress;
+pub mod registry;
+pub mod report;

@@ -1,2 +1,7 @@
-//! placeholder
-fn main() {}
+//! The command `cvr`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cvr::cli::main()
+}

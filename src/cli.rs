@@ -1,0 +1,83 @@
+//! The command line: what there is to ask for.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::commands::{check_config, codecs, decode, devices, encode, info, render, run, shader};
+
+/// Exit code of a run in which cells failed.
+pub const SOME_FAILED: u8 = 1;
+/// Exit code of bad input: command line, configuration, files.
+pub const BAD_INPUT: u8 = 2;
+
+/// A workbench for compressed volume rendering.
+#[derive(Debug, Parser)]
+#[command(name = "cvr", version, about, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  cvr run configs/quickstart.toml                       compare codecs on an embedded volume
+  cvr run configs/compare.toml --volume head.nrrd       the same comparison on your own volume
+  cvr encode head.nrrd head.cvr --codec s3dc --set block=8
+  cvr render head.cvr head.png --azimuth 45
+  cvr codecs                                            what there is to choose from
+
+Exit codes: 0 all went well; 1 some cells failed (the report is written); 2 bad input.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run an experiment and write its report.
+    Run(run::Args),
+    /// Read a configuration and say what it would run, or what is wrong with it.
+    CheckConfig(check_config::Args),
+    /// Encode a volume.
+    Encode(encode::Args),
+    /// Decode an encoded volume to NRRD.
+    Decode(decode::Args),
+    /// Draw a volume or an encoded volume as PNG.
+    Render(render::Args),
+    /// Say what a volume or an encoded volume is.
+    Info(info::Args),
+    /// List codecs and their settings.
+    Codecs,
+    /// List graphics adapters; fails where there is none.
+    Devices,
+    /// Print the WGSL that is generated for a codec, with the origin of every part.
+    Shader(shader::Args),
+}
+
+/// What went wrong, for a person at a terminal.
+#[derive(Debug)]
+pub struct BadInput(pub String);
+
+impl<E: std::error::Error> From<E> for BadInput {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// Runs the command line of this process.
+#[must_use]
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::CheckConfig(args) => check_config::run(&args),
+        Command::Encode(args) => encode::run(&args),
+        Command::Decode(args) => decode::run(&args),
+        Command::Render(args) => render::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Codecs => codecs::run(),
+        Command::Devices => devices::run(),
+        Command::Shader(args) => shader::run(&args),
+    };
+    result.unwrap_or_else(|BadInput(message)| {
+        let prefix = if message.starts_with("error:") { "" } else { "error: " };
+        eprintln!("{prefix}{message}");
+        ExitCode::from(BAD_INPUT)
+    })
+}

@@ -1,0 +1,40 @@
+//! `cvr check-config`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use cvr_core::pipeline::{Capabilities, Resolution, resolve};
+
+use super::config_file::ConfigFile;
+use crate::cli::BadInput;
+use crate::registry::Names;
+
+/// Arguments of `cvr check-config`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The configuration.
+    config: PathBuf,
+    /// Override a key, as scene.step_voxels=1.0 or codec.s3dc.block=8.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// Checks a configuration.
+///
+/// # Errors
+/// With a caret under what is wrong.
+pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    let names = Names::new()?;
+    let config = ConfigFile::read(&args.config, &args.set, &names)?;
+    let resolution = resolve(&config.experiment, &names.known(), &Capabilities::default());
+    println!("{}: {} cells", args.config.display(), resolution.cells.len());
+    print_refused(&resolution);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Prints what cannot run, and why.
+pub fn print_refused(resolution: &Resolution) {
+    for refusal in &resolution.refused {
+        println!("refused {}: {}", refusal.cell.id(), refusal.reason);
+    }
+}

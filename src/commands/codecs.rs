@@ -1,0 +1,31 @@
+//! `cvr codecs`
+
+use std::process::ExitCode;
+
+use cvr_core::codec::Site;
+
+use crate::cli::BadInput;
+use crate::registry::codecs;
+
+/// Lists codecs and their settings.
+///
+/// # Errors
+/// When the list of codecs is wrong.
+pub fn run() -> Result<ExitCode, BadInput> {
+    for codec in codecs()?.iter() {
+        let info = codec.info();
+        println!("{}  {}", info.id, info.summary);
+        if let Some(paper) = info.paper {
+            println!("    {}: {}. {}.", paper.authors, paper.title, paper.venue);
+        }
+        let sites: Vec<&str> = info.sites.iter().copied().map(Site::name).collect();
+        let cell = if info.fetch_cell { "; filter optimised-linear" } else { "" };
+        println!("    sites: {}{cell}; stream version {}", sites.join(", "), info.stream_version);
+        for setting in info.settings {
+            println!("    {} = {}", setting.name, setting.default);
+            println!("        {} ({})", setting.doc, setting.kind.describe());
+        }
+        println!();
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,56 @@
+//! `cvr decode`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use cvr_core::codec::decode_frame;
+use cvr_core::volume::{DenseVolume, FrameIndex, NoReferences, SampleType, Samples};
+
+use super::opened::Opened;
+use super::volume_args::check_folder;
+use crate::cli::BadInput;
+use crate::input::write_nrrd;
+use crate::registry::Names;
+
+/// Arguments of `cvr decode`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The container.
+    container: PathBuf,
+    /// The NRRD file to write.
+    out: PathBuf,
+    /// Write decoded values as they are, not rounded to the original's integers.
+    #[arg(long)]
+    float: bool,
+}
+
+/// Decodes a container.
+///
+/// # Errors
+/// When arguments, container or output are unusable.
+pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    check_folder(&args.out)?;
+    let opened = Opened::open(&args.container, &Names::new()?)?;
+    let mut layout = opened.decoder.layout().clone();
+    let values = decode_frame(opened.decoder.as_ref(), FrameIndex::FIRST, &NoReferences)?;
+    layout.frames = 1;
+    if args.float {
+        layout.sample = SampleType::F32;
+    }
+    let volume = DenseVolume::new(layout.clone(), to_samples(layout.sample, values)).map_err(BadInput)?;
+    write_nrrd(&args.out, &volume)?;
+    println!("{}: {} voxels of {}", args.out.display(), layout.extent, layout.sample);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Values rounded and clamped to a number type.
+fn to_samples(sample: SampleType, values: Vec<f32>) -> Samples {
+    // A cast from float to integer saturates, which is the clamp that is wanted.
+    match sample {
+        SampleType::U8 => Samples::U8(values.iter().map(|v| v.round() as u8).collect()),
+        SampleType::I8 => Samples::I8(values.iter().map(|v| v.round() as i8).collect()),
+        SampleType::U16 => Samples::U16(values.iter().map(|v| v.round() as u16).collect()),
+        SampleType::I16 => Samples::I16(values.iter().map(|v| v.round() as i16).collect()),
+        _ => Samples::F32(values),
+    }
+}

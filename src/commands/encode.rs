@@ -1,0 +1,52 @@
+//! `cvr encode`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use cvr_core::codec::encode_file;
+use cvr_core::volume::BrickSource;
+
+use super::settings_args::settings;
+use super::volume_args::{RawArgs, check_folder};
+use crate::cli::BadInput;
+use crate::progress::VoxelBar;
+use crate::registry::Names;
+
+/// Arguments of `cvr encode`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The volume.
+    volume: PathBuf,
+    /// The container to write, by convention `.cvr`.
+    out: PathBuf,
+    /// Codec id; see `cvr codecs`.
+    #[arg(long)]
+    codec: String,
+    /// A setting of the codec.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    #[command(flatten)]
+    raw: RawArgs,
+}
+
+/// Encodes a volume.
+///
+/// # Errors
+/// When arguments, volume or output are unusable.
+pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    let names = Names::new()?;
+    let codec = names.codecs().get(&args.codec)?;
+    let settings = settings(codec.info(), &args.set)?;
+    check_folder(&args.out)?;
+    let volume = args.raw.load(&args.volume)?.volume;
+    let bar = VoxelBar::new(volume.layout().voxels());
+    let written =
+        encode_file(codec.as_ref(), &settings, &volume, volume.replaced(), &args.out, &bar.progress())?;
+    bar.finish();
+    let bits = written.file_bytes as f64 * 8.0 / volume.layout().voxels() as f64;
+    println!("{}: {} bytes, {bits:.3} bits per voxel", args.out.display(), written.file_bytes);
+    if volume.replaced().total() > 0 {
+        println!("{} samples were no usable numbers and were replaced", volume.replaced().total());
+    }
+    Ok(ExitCode::SUCCESS)
+}

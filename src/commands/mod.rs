@@ -1,0 +1,17 @@
+//! One file per command: arguments in, exit code out.
+
+pub mod check_config;
+pub mod codecs;
+pub mod decode;
+pub mod devices;
+pub mod encode;
+pub mod info;
+pub mod render;
+pub mod run;
+pub mod shader;
+
+mod config_file;
+mod opened;
+mod scene_args;
+mod settings_args;
+mod volume_args;

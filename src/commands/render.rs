@@ -1,0 +1,82 @@
+//! `cvr render`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use cvr_core::codec::{Decoder, Site, encode_temporary};
+use cvr_core::render::DecodedFrame;
+use cvr_core::volume::{FrameIndex, ValueRange};
+
+use super::opened::Opened;
+use super::scene_args::SceneArgs;
+use super::volume_args::{RawArgs, check_folder, is_container};
+use crate::cli::BadInput;
+use crate::experiment::stage::RAW;
+use crate::experiment::target::{Target, VoxelSource};
+use crate::registry::{Names, renderer};
+
+/// Arguments of `cvr render`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A volume or a container (`.cvr`).
+    file: PathBuf,
+    /// The PNG file to write.
+    out: PathBuf,
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Where voxels are decoded: inline or host.
+    #[arg(long, default_value = "inline", value_parser = site)]
+    site: Site,
+    /// The renderer.
+    #[arg(long, default_value = "raycasting")]
+    renderer: String,
+    /// What draws: auto, cpu, a part of an adapter's name, or #N of `cvr devices`.
+    #[arg(long, default_value = "auto")]
+    device: String,
+    #[command(flatten)]
+    raw: RawArgs,
+}
+
+/// Draws a picture.
+///
+/// # Errors
+/// When arguments, file, device or output are unusable.
+pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    check_folder(&args.out)?;
+    let names = Names::new()?;
+    let known = || BadInput(format!("no renderer `{}`; there are: {}", args.renderer, names.known().renderers.join(", ")));
+    let renderer = renderer(&args.renderer).ok_or_else(known)?;
+    let scene = args.scene.scene()?;
+    let (codec, decoder) = open(args, &names)?;
+    let frame = Arc::new(DecodedFrame::decode(decoder.as_ref(), FrameIndex::FIRST)?);
+    let range = ValueRange::of(frame.values().iter().copied()).unwrap_or(ValueRange { min: 0.0, max: 0.0 });
+    let target = Target::open(&args.device)?;
+    let host = match args.site {
+        Site::Host => Some(target.upload(decoder.as_ref(), frame)?),
+        _ => None,
+    };
+    let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), host };
+    let picture = target.picture(renderer.as_ref(), &scene.view(range, args.scene.filter)?, &source)?;
+    picture.image()?.write_png(&args.out, scene.background)?;
+    println!("{}: {} on {}", args.out.display(), args.renderer, target.name());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// An encoded volume as it is, any other through the codec `raw`.
+fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>), BadInput> {
+    if is_container(&args.file) {
+        let opened = Opened::open(&args.file, names)?;
+        return Ok((opened.codec.info().id.to_owned(), opened.decoder));
+    }
+    let volume = args.raw.load(&args.file)?.volume;
+    let raw = names.codecs().get(RAW)?;
+    let stream = encode_temporary(raw.as_ref(), &raw.info().default_settings(), &volume)?;
+    Ok((RAW.to_owned(), raw.decoder(Arc::new(stream))?))
+}
+
+/// A site by its name.
+pub(super) fn site(text: &str) -> Result<Site, String> {
+    let known = Site::ALL.map(Site::name).join(" or ");
+    Site::ALL.into_iter().find(|s| s.name() == text).ok_or_else(|| format!("`{text}`: {known}"))
+}

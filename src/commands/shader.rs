@@ -1,0 +1,111 @@
+//! `cvr shader`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use cvr_core::codec::{Decoder, Site, encode_temporary};
+use cvr_core::render::{Pass, Plan};
+use cvr_core::shader::{BindingLimits, Request, ResourceSize, Source, TextureSampling, generate};
+use cvr_core::volume::{FrameIndex, Level, ValueRange};
+
+use super::opened::Opened;
+use super::scene_args::SceneArgs;
+use super::settings_args::settings;
+use super::volume_args::{RawArgs, is_container};
+use crate::cli::BadInput;
+use crate::experiment::volumes::LoadedVolume;
+use crate::input::{Generator, generate as generate_volume};
+use crate::registry::{Names, renderer};
+
+/// Arguments of `cvr shader`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A container (`.cvr`), or a volume to encode with --codec; default a generated one.
+    file: Option<PathBuf>,
+    /// Codec id, for a volume that is no container.
+    #[arg(long, default_value = "s3dc")]
+    codec: String,
+    /// A setting of the codec.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// Where voxels are decoded: inline or host.
+    #[arg(long, default_value = "inline", value_parser = super::render::site)]
+    site: Site,
+    /// The renderer.
+    #[arg(long, default_value = "raycasting")]
+    renderer: String,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    raw: RawArgs,
+}
+
+/// Prints a generated shader. No device is needed.
+///
+/// # Errors
+/// When arguments or file are unusable, or the shader cannot be made.
+pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    let names = Names::new()?;
+    let renderer = renderer(&args.renderer)
+        .ok_or_else(|| BadInput(format!("no renderer `{}`", args.renderer)))?;
+    let (codec, decoder) = open(args, &names)?;
+    let range = ValueRange { min: 0.0, max: 1.0 };
+    let plan = renderer.plan(&args.scene.scene()?.view(range, args.scene.filter)?, decoder.layout())?;
+    print!("{}", text(args, &codec, decoder.as_ref(), &plan)?);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>), BadInput> {
+    if let Some(file) = args.file.as_ref().filter(|f| is_container(f)) {
+        let opened = Opened::open(file, names)?;
+        return Ok((opened.codec.info().id.to_owned(), opened.decoder));
+    }
+    let codec = names.codecs().get(&args.codec)?;
+    let volume = match &args.file {
+        Some(file) => args.raw.load(file)?.volume,
+        None => {
+            let extent = cvr_core::volume::Extent::cube(16)?;
+            let sample = cvr_core::volume::SampleType::U8;
+            let dense = generate_volume(Generator::SheppLogan, extent, sample, 0)?;
+            LoadedVolume::new(String::new(), String::new(), dense).volume
+        }
+    };
+    let stream = encode_temporary(codec.as_ref(), &settings(codec.info(), &args.set)?, &volume)?;
+    Ok((args.codec.clone(), codec.decoder(Arc::new(stream))?))
+}
+
+fn text(args: &Args, codec: &str, decoder: &dyn Decoder, plan: &Plan) -> Result<String, BadInput> {
+    let source = match (args.site, decoder.shader()) {
+        (Site::Host, _) => {
+            Source::Texture { form: decoder.decoded_form(), sampling: TextureSampling::Hardware }
+        }
+        (_, None) => return Err(BadInput(format!("codec `{codec}` does not decode in a shader"))),
+        (_, Some(shader)) => Source::Inline {
+            codec,
+            module: shader.module(),
+            resources: shader
+                .resources(FrameIndex::FIRST)?
+                .iter()
+                .map(|r| ResourceSize { name: r.name, words: r.words.len() as u64 })
+                .collect(),
+            frame: FrameIndex::FIRST,
+            level: Level::FULL,
+        },
+    };
+    let mut texts = Vec::new();
+    for pass in &plan.passes {
+        let Pass::Compute(pass) = pass else { continue };
+        let shader = generate(&Request {
+            templates: &pass.templates,
+            entry: pass.entry,
+            bindings: pass.bindings,
+            layout: decoder.layout(),
+            source: source.clone(),
+            filter: Some(args.scene.filter),
+            limits: BindingLimits::default(),
+        })?;
+        texts.push(shader.wgsl);
+    }
+    Ok(texts.join("\n// ==== next pass\n\n"))
+}

@@ -1,0 +1,57 @@
+//! Progress bars: on a terminal, and nowhere else.
+
+use cvr_core::codec::Progress;
+use indicatif::{ProgressBar, ProgressStyle};
+
+fn bar(length: u64, template: &str) -> ProgressBar {
+    // indicatif draws to standard error, and only where that is a terminal.
+    let bar = ProgressBar::new(length);
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Progress of one encoding.
+pub struct VoxelBar(ProgressBar);
+
+impl VoxelBar {
+    /// A bar over so many voxels.
+    #[must_use]
+    pub fn new(voxels: u64) -> Self {
+        Self(bar(voxels, "{bar:40} {percent:>3} %  {eta} left"))
+    }
+
+    /// What the encoder reports to.
+    #[must_use]
+    pub fn progress(&self) -> Progress<'_> {
+        Progress::new(|voxels| self.0.inc(voxels), None)
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// Progress of a run.
+pub struct CellBar(ProgressBar);
+
+impl CellBar {
+    /// A bar over so many cells.
+    #[must_use]
+    pub fn new(cells: usize) -> Self {
+        Self(bar(cells as u64, "{bar:30} {pos}/{len} cells, {eta} left  {wide_msg}"))
+    }
+
+    /// Cell `index` begins.
+    pub fn cell(&self, index: usize, name: &str) {
+        self.0.set_position(index as u64);
+        self.0.set_message(name.to_owned());
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}
