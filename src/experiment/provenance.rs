@@ -1,0 +1,91 @@
+//! Where results come from: all that is needed to run them again, and to doubt them.
+
+use serde::{Deserialize, Serialize};
+
+/// The origin of a set of records.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Version of this software.
+    pub version: String,
+    /// Commit that it was built from; `None` when unknown.
+    pub git_hash: Option<String>,
+    /// Graphics adapter, or `cpu`.
+    pub adapter: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Graphics interface: `Vulkan`, `Metal`, …
+    pub backend: String,
+    /// Processor.
+    pub cpu: String,
+    /// Processor cores that were used.
+    pub cores: u32,
+    /// The inputs.
+    pub volumes: Vec<VolumeProvenance>,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Text of the experiment's configuration.
+    pub config: String,
+    /// The command that ran it.
+    pub command_line: String,
+    /// When it was run: RFC 3339, UTC.
+    pub date: String,
+    /// What relative frame times refer to.
+    pub baseline: String,
+    /// The pictures that `image_*` metrics compare with.
+    #[serde(default)]
+    pub references: Vec<ReferencePicture>,
+}
+
+/// One input volume.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VolumeProvenance {
+    /// Name used in records.
+    pub name: String,
+    /// File or generator.
+    pub source: String,
+    /// BLAKE3 of the input's bytes, in hexadecimal.
+    pub blake3: String,
+    /// Voxels along x, y, z.
+    pub dims: [u32; 3],
+    /// Number type.
+    pub dtype: String,
+    /// Distance between voxel centres along x, y, z.
+    pub spacing: [f64; 3],
+    /// Lowest and highest value.
+    pub range: [f64; 2],
+}
+
+/// The picture that those of one volume, scene and renderer are compared with: uncompressed, manual trilinear
+/// filter, same step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReferencePicture {
+    /// Volume name.
+    pub volume: String,
+    /// Scene name.
+    pub scene: String,
+    /// Renderer.
+    pub renderer: String,
+    /// The picture, relative to the report.
+    pub image: String,
+}
+
+/// A cell that was asked for and cannot exist.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RefusedCell {
+    /// Volume name.
+    pub volume: String,
+    /// Codec id.
+    pub codec: String,
+    /// Settings, `name=value` separated by spaces.
+    pub settings: String,
+    /// Decode site.
+    pub site: String,
+    /// Filter.
+    pub filter: String,
+    /// Renderer.
+    pub renderer: String,
+    /// Scene name.
+    pub scene: String,
+    /// Why.
+    pub reason: String,
+}

@@ -1,0 +1,227 @@
+//! `results.csv` and `results.json`: the records as other programs read them.
+//!
+//! Columns stand in the order of [`Record`]'s fields. An infinite PSNR is `inf` in CSV and `null` in JSON, which
+//! knows no infinity; what was not measured is empty in CSV and `null` in JSON. Both files appear only when they are
+//! whole.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::provenance::{Provenance, RefusedCell};
+use super::record::{Record, Status};
+
+/// Why a file of results could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}", path.display())]
+pub struct ResultsError {
+    path: PathBuf,
+    problem: String,
+}
+
+/// All that `results.json` holds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// Origin of the records.
+    pub provenance: Provenance,
+    /// One record per cell that was run.
+    pub records: Vec<Record>,
+    /// Cells that cannot exist.
+    pub refused: Vec<RefusedCell>,
+}
+
+impl Results {
+    /// Reads a `results.json`. PSNR that is `null` beside a value that says it was measured is infinite again.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is none.
+    pub fn read(path: &Path) -> Result<Self, ResultsError> {
+        let bytes = std::fs::read(path).map_err(|e| fail(path, e))?;
+        let mut results: Self = serde_json::from_slice(&bytes).map_err(|e| fail(path, e))?;
+        results.records.iter_mut().for_each(restore_infinities);
+        Ok(results)
+    }
+}
+
+fn fail(path: &Path, problem: impl ToString) -> ResultsError {
+    ResultsError { path: path.to_owned(), problem: problem.to_string() }
+}
+
+fn restore_infinities(record: &mut Record) {
+    let lossless = record.max_abs_error == Some(0.0);
+    let measured = |ssim: Option<f64>| ssim.is_some();
+    for (psnr, infinite) in [
+        (&mut record.psnr_db, lossless),
+        (&mut record.image_psnr_db, measured(record.image_ssim)),
+        (&mut record.image_psnr_whole_db, measured(record.image_ssim_whole)),
+        (&mut record.codec_image_psnr_db, measured(record.codec_image_ssim)),
+    ] {
+        if psnr.is_none() && infinite {
+            *psnr = Some(f64::INFINITY);
+        }
+    }
+}
+
+/// Writes the records as CSV; without records, a header alone.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_csv(path: &Path, records: &[Record]) -> Result<(), ResultsError> {
+    let text = to_csv(records).map_err(|e| fail(path, e))?;
+    write_whole(path, text.as_bytes())
+}
+
+/// Writes provenance, records and refused cells as JSON.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_json(
+    path: &Path,
+    provenance: &Provenance,
+    records: &[Record],
+    refused: &[RefusedCell],
+) -> Result<(), ResultsError> {
+    #[derive(Serialize)]
+    struct Borrowed<'a> {
+        provenance: &'a Provenance,
+        records: &'a [Record],
+        refused: &'a [RefusedCell],
+    }
+    let results = Borrowed { provenance, records, refused };
+    let mut text = serde_json::to_vec_pretty(&results).map_err(|e| fail(path, e))?;
+    text.push(b'\n');
+    write_whole(path, &text)
+}
+
+fn to_csv(records: &[Record]) -> Result<String, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for record in records {
+        writer.serialize(record)?;
+    }
+    if records.is_empty() {
+        // The header comes from the first record, so a blank one lends it.
+        let text = to_csv(&[blank()])?;
+        return Ok(text.lines().take(1).flat_map(|line| [line, "\n"]).collect());
+    }
+    let bytes = writer.into_inner().map_err(csv::IntoInnerError::into_error)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// Writes a file through a temporary one beside it.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| fail(path, e))?;
+    file.write_all(bytes).map_err(|e| fail(path, e))?;
+    // A temporary file is its owner's alone; results are meant to be read by others.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let readable = std::fs::Permissions::from_mode(0o644);
+        file.as_file().set_permissions(readable).map_err(|e| fail(path, e))?;
+    }
+    file.persist(path).map_err(|e| fail(path, e))?;
+    Ok(())
+}
+
+/// A record without any measurement.
+fn blank() -> Record {
+    Record {
+        volume: String::new(),
+        codec: String::new(),
+        settings: String::new(),
+        site: String::new(),
+        filter: String::new(),
+        renderer: String::new(),
+        scene: String::new(),
+        device: String::new(),
+        driver: String::new(),
+        status: Status::Failed,
+        error: None,
+        voxels: 0,
+        frames: 0,
+        bits_per_voxel: None,
+        file_bytes: None,
+        resident_bytes: None,
+        encode_seconds: None,
+        decode_seconds: None,
+        decode_voxels_per_second: None,
+        psnr_db: None,
+        foreground_psnr_db: None,
+        max_abs_error: None,
+        error_bound: None,
+        image_psnr_db: None,
+        image_ssim: None,
+        codec_image_psnr_db: None,
+        codec_image_ssim: None,
+        frame_ms: None,
+        frame_ms_iqr: None,
+        frame_cpu_ms: None,
+        frame_clock: None,
+        relative_frame_time: None,
+        image: None,
+        image_psnr_whole_db: None,
+        image_ssim_whole: None,
+        error_image: None,
+        filtering: None,
+        relative_frame_time_iqr: None,
+        frame_pairs: None,
+        replaced_samples: 0,
+        notes: None,
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A record to start from in tests.
+    pub(crate) fn record(volume: &str, codec: &str) -> Record {
+        Record { volume: volume.into(), codec: codec.into(), status: Status::Ok, ..blank() }
+    }
+
+    #[test]
+    fn infinity_is_inf_in_csv_and_comes_back_from_json() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results.json");
+        let lossless = Record {
+            psnr_db: Some(f64::INFINITY),
+            max_abs_error: Some(0.0),
+            image_psnr_db: Some(f64::INFINITY),
+            image_ssim: Some(1.0),
+            notes: Some("a, b; \"c\"".into()),
+            ..record("v", "raw")
+        };
+        let records = [lossless.clone(), record("v", "raw")];
+        write_json(&path, &Provenance::default(), &records, &[]).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains("\"psnr_db\": null"));
+        assert_eq!(Results::read(&path).unwrap().records, records);
+
+        let csv = to_csv(&records).unwrap();
+        assert!(csv.lines().nth(1).unwrap().contains(",inf,"), "{csv}");
+        let read: Vec<Record> =
+            csv::Reader::from_reader(csv.as_bytes()).deserialize().collect::<Result<_, _>>().unwrap();
+        assert_eq!(read, records);
+    }
+
+    #[test]
+    fn columns_stand_in_field_order_with_or_without_records() {
+        let header = to_csv(&[]).unwrap();
+        assert!(
+            header
+                .starts_with("volume,codec,settings,site,filter,renderer,scene,device,driver,status,error,")
+        );
+        assert!(header.ends_with(",replaced_samples,notes\n") && header.lines().count() == 1);
+        assert!(to_csv(&[record("v", "raw")]).unwrap().starts_with(&header));
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_written_is_named() {
+        let error = write_csv(Path::new("no/such/folder/results.csv"), &[]).unwrap_err();
+        assert!(error.to_string().starts_with("no/such/folder/results.csv: "), "{error}");
+    }
+}

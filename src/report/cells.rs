@@ -1,0 +1,126 @@
+//! What the parts of the report ask of records: which group a cell belongs to, and what it is called.
+
+use std::collections::BTreeSet;
+
+use crate::experiment::record::{Record, Status};
+
+/// One volume drawn in one scene by one renderer: what pictures and frame times may be compared within.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct View {
+    pub(super) volume: String,
+    pub(super) scene: String,
+    pub(super) renderer: String,
+}
+
+impl View {
+    pub(super) fn of(record: &Record) -> Self {
+        Self { volume: record.volume.clone(), scene: record.scene.clone(), renderer: record.renderer.clone() }
+    }
+
+    /// Name without the volume, of what tells it from the other views.
+    pub(super) fn name(&self) -> String {
+        let parts = [&self.scene, &self.renderer];
+        parts.into_iter().filter(|p| !p.is_empty()).cloned().collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// All views in the order of their first records.
+pub(super) fn views(records: &[Record]) -> Vec<View> {
+    distinct(records.iter().map(View::of))
+}
+
+/// Volumes in the order of their first records.
+pub(super) fn volumes(records: &[Record]) -> Vec<String> {
+    distinct(records.iter().map(|r| r.volume.clone()))
+}
+
+/// Values in the order of their first appearance.
+pub(super) fn distinct<T: Ord + Clone>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut seen = BTreeSet::new();
+    values.filter(|v| seen.insert(v.clone())).collect()
+}
+
+/// A yardstick that speed is measured by.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Baseline {
+    /// Raw texture, hardware linear filter: relative frame time 1.
+    Texture,
+    /// Raw buffer, manual linear filter.
+    Buffer,
+}
+
+impl Baseline {
+    /// Which baseline a cell is, if any.
+    pub(super) fn of(record: &Record) -> Option<Self> {
+        if record.codec != "raw" || record.filter != "linear" {
+            return None;
+        }
+        match (record.site.as_str(), record.filtering.as_deref()) {
+            ("host", Some("hardware")) => Some(Self::Texture),
+            ("inline", _) => Some(Self::Buffer),
+            _ => None,
+        }
+    }
+
+    pub(super) const fn letter(self) -> char {
+        match self {
+            Self::Texture => 'A',
+            Self::Buffer => 'B',
+        }
+    }
+
+    pub(super) const fn label(self) -> &'static str {
+        match self {
+            Self::Texture => "baseline: raw texture, hardware linear filter (= 1)",
+            Self::Buffer => "baseline: raw buffer, manual linear filter",
+        }
+    }
+}
+
+/// Whether a cell ran and kept its promises.
+pub(super) fn ok(record: &Record) -> bool {
+    record.status == Status::Ok
+}
+
+/// Whether a cell compresses; the uncompressed codec is what others are compared with.
+pub(super) fn compressed(record: &Record) -> bool {
+    record.codec != "raw"
+}
+
+/// Codec and settings.
+pub(super) fn codec_name(record: &Record) -> String {
+    [record.codec.as_str(), record.settings.as_str()].join(" ").trim_end().to_owned()
+}
+
+/// Codec, settings, site and filter.
+pub(super) fn cell_name(record: &Record) -> String {
+    format!("{}, {}, {}", codec_name(record), record.site, record.filter)
+}
+
+/// Order of sites where one has to stand for all: they draw the same values.
+pub(super) fn site_rank(site: &str) -> usize {
+    ["inline", "deferred", "host"].iter().position(|s| *s == site).unwrap_or(3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::results::tests::record;
+
+    #[test]
+    fn baselines_are_told_by_site_filter_and_who_filters() {
+        let cell = |codec: &str, site: &str, filter: &str, filtering: &str| {
+            Baseline::of(&Record {
+                site: site.into(),
+                filter: filter.into(),
+                filtering: Some(filtering.into()),
+                ..record("v", codec)
+            })
+        };
+        assert_eq!(cell("raw", "host", "linear", "hardware"), Some(Baseline::Texture));
+        assert_eq!(cell("raw", "inline", "linear", "manual"), Some(Baseline::Buffer));
+        assert_eq!(cell("raw", "host", "linear", "manual"), None);
+        assert_eq!(cell("raw", "inline", "nearest", "manual"), None);
+        assert_eq!(cell("s3dc", "inline", "linear", "manual"), None);
+    }
+}

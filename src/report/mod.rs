@@ -1,0 +1,54 @@
+//! The report: one HTML file that holds everything, reads without JavaScript and without a network, and prints.
+//!
+//! Pictures of PNG files are embedded up to [`EMBEDDED_BYTES`]; beyond that the page links to them and says so, lest
+//! a large sweep yield a page that no browser opens.
+
+pub mod chart;
+
+mod cells;
+mod charts;
+mod embed;
+mod number;
+mod page;
+mod pareto;
+mod pictures;
+mod summary;
+mod table;
+#[cfg(test)]
+mod tests;
+
+pub use embed::EMBEDDED_BYTES;
+
+use std::path::{Path, PathBuf};
+
+use crate::experiment::provenance::{Provenance, RefusedCell};
+use crate::experiment::record::Record;
+use crate::experiment::results::{ResultsError, write_whole};
+
+/// Why a report could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The page could not be put together.
+    #[error("the report's template failed: {0}")]
+    Template(#[from] minijinja::Error),
+    /// The file could not be written.
+    #[error(transparent)]
+    File(#[from] ResultsError),
+}
+
+/// Writes `report.html` into `dir` and returns its path; the file appears only when it is whole. Pictures are taken
+/// from the records' paths relative to `dir`.
+///
+/// # Errors
+/// When the page cannot be put together or written. A picture that cannot be read is no error: the page says so.
+pub fn write(
+    dir: &Path,
+    provenance: &Provenance,
+    records: &[Record],
+    refused: &[RefusedCell],
+) -> Result<PathBuf, ReportError> {
+    let path = dir.join("report.html");
+    let html = page::render(dir, provenance, records, refused)?;
+    write_whole(&path, html.as_bytes())?;
+    Ok(path)
+}

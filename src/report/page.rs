@@ -1,0 +1,130 @@
+//! The page: its parts, put into the template.
+
+use std::path::Path;
+
+use minijinja::{AutoEscape, Environment, Value, context};
+
+use super::cells::{View, views, volumes};
+use super::chart::{Chart, Mark};
+use super::charts::{Palette, frame_time, picture_ssim, voxel_psnr};
+use super::embed::{EMBEDDED_BYTES, Pictures};
+use super::number::short;
+use super::{ReportError, pictures, summary, table};
+use crate::experiment::provenance::{Provenance, RefusedCell, VolumeProvenance};
+use crate::experiment::record::Record;
+
+use cvr_core::metrics::ERROR_CLASSES;
+
+const TEMPLATE: &str = include_str!("template.html");
+const STYLE: &str = include_str!("style.css");
+
+pub(super) fn render(
+    dir: &Path,
+    provenance: &Provenance,
+    records: &[Record],
+    refused: &[RefusedCell],
+) -> Result<String, ReportError> {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.add_template("report", TEMPLATE)?;
+
+    let mut embedded = Pictures::new(dir, EMBEDDED_BYTES);
+    let groups = pictures::groups(provenance, records, &mut embedded);
+    let context = context! {
+        style => Value::from_safe_string(STYLE.to_owned()),
+        summary => summary::summary(records, refused),
+        provenance => provenance_values(provenance),
+        pictures => groups,
+        linked => embedded.linked(),
+        error_classes => error_classes(),
+        charts => charts(records),
+        table => table::table(records),
+        refused => refused.iter().map(refused_values).collect::<Vec<_>>(),
+    };
+    Ok(environment.get_template("report")?.render(context)?)
+}
+
+/// The legend of the error picture.
+fn error_classes() -> Vec<Value> {
+    let class =
+        |label: &str, [r, g, b]: [u8; 3]| context! { label => label, colour => format!("rgb({r},{g},{b})") };
+    let none = class("none", [0; 3]);
+    std::iter::once(none).chain(ERROR_CLASSES.iter().map(|c| class(c.label, c.rgb))).collect()
+}
+
+/// One section of charts per volume.
+fn charts(records: &[Record]) -> Vec<Value> {
+    let palette = Palette::new(records);
+    volumes(records)
+        .into_iter()
+        .map(|volume| {
+            let of_volume: Vec<View> = views(records).into_iter().filter(|v| v.volume == volume).collect();
+            let rate = voxel_psnr(records, &palette, &volume);
+            let mut figures: Vec<Value> =
+                rate.iter().map(|c| figure(c, "Voxels: PSNR over bits per voxel".to_owned())).collect();
+            for view in &of_volume {
+                let name = view.name();
+                let name = if name.is_empty() { String::new() } else { format!(" — {name}") };
+                let ssim = picture_ssim(records, &palette, view);
+                figures.extend(
+                    ssim.iter().map(|c| figure(c, format!("Picture: SSIM over bits per voxel{name}"))),
+                );
+                let time = frame_time(records, &palette, view);
+                figures.extend(
+                    time.iter().map(|c| figure(c, format!("Frame time over error of the picture{name}"))),
+                );
+            }
+            context! { volume => volume, figures => figures }
+        })
+        .collect()
+}
+
+fn figure(chart: &Chart, caption: String) -> Value {
+    // Drawings escape what they take from records themselves.
+    let mark = |mark: &Mark| Value::from_safe_string(mark.svg());
+    let legend: Vec<Value> =
+        chart.legend.iter().map(|e| context! { mark => mark(&e.mark), label => e.label.clone() }).collect();
+    context! {
+        caption => caption,
+        description => chart.description.clone(),
+        svg => Value::from_safe_string(chart.svg()),
+        legend => legend,
+    }
+}
+
+fn provenance_values(p: &Provenance) -> Value {
+    let adapter = [p.adapter.as_str(), p.driver.as_str(), p.backend.as_str()];
+    let adapter = adapter.into_iter().filter(|s| !s.is_empty()).collect::<Vec<_>>().join(" · ");
+    context! {
+        version => p.version.clone(),
+        git_hash => p.git_hash.clone(),
+        adapter => adapter,
+        cpu => p.cpu.clone(),
+        cores => p.cores,
+        seed => p.seed,
+        date => p.date.clone(),
+        baseline => p.baseline.clone(),
+        command_line => p.command_line.clone(),
+        config => p.config.clone(),
+        volumes => p.volumes.iter().map(volume_values).collect::<Vec<_>>(),
+    }
+}
+
+fn volume_values(v: &VolumeProvenance) -> Value {
+    let times = |values: &[String]| values.join(" × ");
+    context! {
+        name => v.name.clone(),
+        source => v.source.clone(),
+        blake3 => v.blake3.clone(),
+        dims => times(&v.dims.map(|d| d.to_string())),
+        dtype => v.dtype.clone(),
+        spacing => times(&v.spacing.map(|s| short(Some(s)))),
+        range => v.range.map(|r| r.to_string()).join(" … "),
+    }
+}
+
+fn refused_values(cell: &RefusedCell) -> Value {
+    let RefusedCell { volume, codec, settings, site, filter, renderer, scene, reason } = cell.clone();
+    let cells = vec![volume, codec, settings, site, filter, renderer, scene, reason];
+    Value::from(cells)
+}

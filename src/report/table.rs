@@ -1,0 +1,122 @@
+//! The full table: every field of a record but its pictures, which stand in their own section.
+
+use minijinja::{Value, context};
+
+use super::cells::ok;
+use super::number::{NONE, bytes, fixed, short};
+use crate::experiment::record::Record;
+
+/// One column.
+struct Column {
+    /// The record's field, as in `results.csv`.
+    field: &'static str,
+    /// Heading.
+    heading: &'static str,
+    /// Numbers stand to the right.
+    numeric: bool,
+    /// Left out on paper, where there is no room for all.
+    secondary: bool,
+    text: fn(&Record) -> String,
+}
+
+const fn text(field: &'static str, heading: &'static str, text: fn(&Record) -> String) -> Column {
+    Column { field, heading, numeric: false, secondary: false, text }
+}
+
+const fn number(field: &'static str, heading: &'static str, text: fn(&Record) -> String) -> Column {
+    Column { field, heading, numeric: true, secondary: false, text }
+}
+
+const fn secondary(column: Column) -> Column {
+    Column { secondary: true, ..column }
+}
+
+fn some(text: &Option<String>) -> String {
+    text.clone().unwrap_or_else(|| NONE.to_owned())
+}
+
+fn count(n: Option<u64>) -> String {
+    n.map_or_else(|| NONE.to_owned(), |n| n.to_string())
+}
+
+/// Columns in reading order: what the cell is, then size, voxels, picture, speed, and the rest.
+const COLUMNS: [Column; 39] = [
+    text("volume", "volume", |r| r.volume.clone()),
+    text("codec", "codec", |r| r.codec.clone()),
+    text("settings", "settings", |r| r.settings.clone()),
+    text("site", "site", |r| r.site.clone()),
+    text("filter", "filter", |r| r.filter.clone()),
+    text("filtering", "filtered by", |r| some(&r.filtering)),
+    text("renderer", "renderer", |r| r.renderer.clone()),
+    text("scene", "scene", |r| r.scene.clone()),
+    text("status", "status", |r| if ok(r) { "ok" } else { "failed" }.to_owned()),
+    number("bits_per_voxel", "bits per voxel", |r| short(r.bits_per_voxel)),
+    number("file_bytes", "file", |r| bytes(r.file_bytes)),
+    number("resident_bytes", "in device memory", |r| bytes(r.resident_bytes)),
+    number("psnr_db", "PSNR, dB", |r| fixed(r.psnr_db, 2)),
+    number("foreground_psnr_db", "foreground PSNR, dB", |r| fixed(r.foreground_psnr_db, 2)),
+    number("max_abs_error", "max error", |r| short(r.max_abs_error)),
+    number("error_bound", "bound", |r| short(r.error_bound)),
+    number("image_psnr_db", "picture PSNR, dB", |r| fixed(r.image_psnr_db, 2)),
+    number("image_ssim", "picture SSIM", |r| fixed(r.image_ssim, 4)),
+    number("codec_image_psnr_db", "codec's picture PSNR, dB", |r| fixed(r.codec_image_psnr_db, 2)),
+    number("codec_image_ssim", "codec's picture SSIM", |r| fixed(r.codec_image_ssim, 4)),
+    secondary(number("image_psnr_whole_db", "whole-frame PSNR, dB", |r| fixed(r.image_psnr_whole_db, 2))),
+    secondary(number("image_ssim_whole", "whole-frame SSIM", |r| fixed(r.image_ssim_whole, 4))),
+    number("relative_frame_time", "relative frame time", |r| short(r.relative_frame_time)),
+    secondary(number("relative_frame_time_iqr", "its IQR", |r| short(r.relative_frame_time_iqr))),
+    number("frame_ms", "frame, ms", |r| short(r.frame_ms)),
+    secondary(number("frame_ms_iqr", "its IQR, ms", |r| short(r.frame_ms_iqr))),
+    secondary(number("frame_cpu_ms", "CPU per frame, ms", |r| short(r.frame_cpu_ms))),
+    secondary(text("frame_clock", "clock", |r| some(&r.frame_clock))),
+    secondary(number("frame_pairs", "pairs", |r| count(r.frame_pairs.map(u64::from)))),
+    number("encode_seconds", "encode, s", |r| short(r.encode_seconds)),
+    number("decode_seconds", "decode, s", |r| short(r.decode_seconds)),
+    secondary(number("decode_voxels_per_second", "Mvoxel/s", |r| {
+        short(r.decode_voxels_per_second.map(|v| v / 1e6))
+    })),
+    secondary(number("voxels", "voxels", |r| r.voxels.to_string())),
+    secondary(number("frames", "frames", |r| r.frames.to_string())),
+    secondary(number("replaced_samples", "replaced samples", |r| r.replaced_samples.to_string())),
+    secondary(text("device", "device", |r| r.device.clone())),
+    secondary(text("driver", "driver", |r| r.driver.clone())),
+    text("error", "error", |r| some(&r.error)),
+    secondary(text("notes", "notes", |r| some(&r.notes))),
+];
+
+/// The table as the template reads it.
+pub(super) fn table(records: &[Record]) -> Value {
+    let class = |c: &Column| match (c.numeric, c.secondary) {
+        (true, true) => "n secondary",
+        (true, false) => "n",
+        (false, true) => "secondary",
+        (false, false) => "",
+    };
+    let columns: Vec<Value> = COLUMNS
+        .iter()
+        .map(|c| context! { field => c.field, heading => c.heading, class => class(c) })
+        .collect();
+    let row = |record: &Record| {
+        let cells: Vec<Value> =
+            COLUMNS.iter().map(|c| context! { text => (c.text)(record), class => class(c) }).collect();
+        context! { failed => !ok(record), cells => cells }
+    };
+    let rows: Vec<Value> = records.iter().map(row).collect();
+    context! { columns => columns, rows => rows }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::results::tests::record;
+
+    #[test]
+    fn no_field_of_a_record_is_forgotten() {
+        let json = serde_json::to_value(record("v", "raw")).unwrap();
+        let shown: Vec<&str> = COLUMNS.iter().map(|c| c.field).collect();
+        for field in json.as_object().unwrap().keys() {
+            let picture = ["image", "error_image"].contains(&field.as_str());
+            assert_eq!(shown.iter().filter(|s| *s == field).count(), usize::from(!picture), "{field}");
+        }
+    }
+}
