@@ -135,16 +135,16 @@ impl fmt::Display for Diagnostic {
                 known.push((source, id));
                 id
             });
-            let label = codespan::Label::new(style, file, label.place.snapped())
-                .with_message(printable(&label.text));
+            let label =
+                codespan::Label::new(style, file, label.place.snapped()).with_message(printable(&label.text));
             labels.push(label);
         }
         let diagnostic = codespan::Diagnostic::error()
             .with_message(printable(&self.message))
             .with_labels(labels)
             .with_notes(self.notes.iter().map(|note| printable(note)).collect());
-        let text = term::emit_into_string(&term::Config::default(), &files, &diagnostic)
-            .map_err(|_| fmt::Error)?;
+        let text =
+            term::emit_into_string(&term::Config::default(), &files, &diagnostic).map_err(|_| fmt::Error)?;
         let lines: Vec<&str> = text.trim_end().lines().map(str::trim_end).collect();
         f.write_str(&lines.join("\n"))
     }
@@ -152,12 +152,15 @@ impl fmt::Display for Diagnostic {
 
 /// Whether a character would move the cursor, hide itself or turn the direction of text.
 fn is_unprintable(c: char) -> bool {
-    c.is_control() || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
+    c.is_control()
+        || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
 /// A message without characters that a terminal would obey; line breaks stay.
 fn printable(text: &str) -> String {
-    text.chars().map(|c| if is_unprintable(c) && c != '\n' { char::REPLACEMENT_CHARACTER } else { c }).collect()
+    text.chars()
+        .map(|c| if is_unprintable(c) && c != '\n' { char::REPLACEMENT_CHARACTER } else { c })
+        .collect()
 }
 
 /// A source text without characters that a terminal would obey. Each is replaced by one of as many bytes, so

@@ -4,6 +4,8 @@
 //! naga (to check shaders) and never wgpu (to run them).
 
 pub mod codec;
+#[cfg(feature = "conformance")]
+pub mod conformance;
 pub mod container;
 pub mod diagnostic;
 pub mod metrics;

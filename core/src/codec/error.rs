@@ -39,6 +39,9 @@ pub enum ConfigError {
 /// Encoding failed.
 #[derive(Debug, thiserror::Error)]
 pub enum EncodeError {
+    /// The settings are wrong.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
     /// This codec cannot encode such a volume; the message says what it can.
     #[error("{0}")]
     Unsupported(String),

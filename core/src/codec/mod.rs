@@ -2,21 +2,26 @@
 
 mod block;
 mod encode;
+mod encode_file;
 mod error;
 mod info;
 mod registry;
 mod settings;
 mod shader_decode;
+mod stream;
 
 pub use block::Block;
 pub use encode::{Cancelled, EncodeReport, Encoder, Progress};
+pub use encode_file::{encode_file, encode_temporary};
 pub use error::{ConfigError, DecodeError, EncodeError};
 pub use info::{CodecInfo, Paper, Site};
 pub use registry::{Registry, RegistryError};
 pub use settings::{Setting, SettingKind, SettingValue, Settings};
 pub use shader_decode::{
-    Agreement, Constant, ConstantValue, DecodedForm, Resource, ShaderDecode, TexelFormat, WgslModule,
+    Agreement, Constant, ConstantValue, DecodedForm, Resource, ShaderDecode, TexelFormat, VoxelDump,
+    WgslModule,
 };
+pub use stream::{check_key, check_stream};
 
 use std::fmt::Debug;
 use std::sync::Arc;

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::DecodeError;
-use crate::volume::FrameIndex;
+use super::{DecodeError, Decoder};
+use crate::volume::{FrameIndex, ValueRange};
 
 /// The decode side of a codec in WGSL.
 pub trait ShaderDecode: Send + Sync {
@@ -76,6 +76,39 @@ pub enum Agreement {
     Ulp(u32),
 }
 
+impl Agreement {
+    /// Whether a shader may yield `shader` where the CPU decoder yields `cpu`; `range` is the decoder's
+    /// `value_range` of the voxel, if it knows one.
+    #[must_use]
+    pub fn allows(self, cpu: f32, shader: f32, range: Option<ValueRange>) -> bool {
+        match self {
+            Self::Exact => cpu == shader,
+            Self::Ulp(n) => {
+                let range = range.unwrap_or(ValueRange { min: cpu, max: cpu });
+                let distance = (f64::from(cpu) - f64::from(shader)).abs();
+                cpu == shader || distance <= f64::from(n) * range.ulp()
+            }
+        }
+    }
+}
+
+/// Runs every voxel through the real generated shader. Whoever owns a device implements it, so that core and
+/// codecs can be held to their shaders without knowing of devices.
+pub trait VoxelDump {
+    /// All decoded samples of `frame` (x fastest, channels interleaved, data units). With `use_cell` each voxel
+    /// comes out of `<id>_fetch_cell`, every corner of the cell being used for some voxel.
+    ///
+    /// # Errors
+    /// A sentence that says why there is no result: no device, a refused shader, a lost device.
+    fn dump(
+        &self,
+        codec: &str,
+        decoder: &dyn Decoder,
+        frame: FrameIndex,
+        use_cell: bool,
+    ) -> Result<Vec<f32>, String>;
+}
+
 /// Format of one texel.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TexelFormat {
@@ -115,4 +148,20 @@ pub struct DecodedForm {
 impl DecodedForm {
     /// The value itself, in single precision.
     pub const FLOAT32: Self = Self { format: TexelFormat::Float32, scale: 1.0, offset: 0.0 };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_of_one_bit_is_seen() {
+        let one_up = 1.0_f32.next_up();
+        assert!(Agreement::Exact.allows(0.0, -0.0, None));
+        assert!(!Agreement::Exact.allows(1.0, one_up, None));
+        assert!(Agreement::Ulp(1).allows(1.0, one_up, None));
+        assert!(!Agreement::Ulp(1).allows(1.0, one_up.next_up(), None));
+        assert!(Agreement::Ulp(1).allows(1.0, one_up.next_up(), Some(ValueRange { min: 0.0, max: 2.0 })));
+        assert!(!Agreement::Ulp(4).allows(1.0, f32::NAN, None));
+    }
 }

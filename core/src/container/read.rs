@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::de::DeserializeOwned;
 
 use super::spec::FORMAT_VERSION;
 use super::{ContainerError, Element, Spec, header};
 
-/// One tensor in memory.
+/// One tensor in memory. A clone shares the bytes, so that a decoder may keep the tensors it reads.
 #[derive(Clone, Debug)]
 pub struct Tensor {
     /// Element type.
@@ -18,7 +19,7 @@ pub struct Tensor {
     /// Slowest axis first.
     pub shape: Vec<u64>,
     /// The bytes in whole 32-bit words, so that they are aligned; the last may be padded with zero.
-    words: Vec<u32>,
+    words: Arc<Vec<u32>>,
     bytes: usize,
 }
 
@@ -26,7 +27,7 @@ impl Tensor {
     /// The bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
-        &bytemuck::cast_slice(&self.words)[..self.bytes]
+        &bytemuck::cast_slice(self.words.as_slice())[..self.bytes]
     }
 
     /// The bytes as 32-bit words, the last padded with zero bytes.
@@ -75,9 +76,9 @@ impl EncodedVolume {
                 return Err(bad(problem));
             }
             at += bytes;
-            let tensor =
-                Tensor { element: tensor.element, shape: tensor.shape.clone(), words, bytes: bytes as usize };
-            tensors.insert(name.clone(), tensor);
+            let (element, shape) = (tensor.element, tensor.shape.clone());
+            let words = Arc::new(words);
+            tensors.insert(name.clone(), Tensor { element, shape, words, bytes: bytes as usize });
         }
         if at != file_bytes {
             return Err(bad(format!("{} bytes stand behind the last tensor", file_bytes - at)));
@@ -114,6 +115,25 @@ impl EncodedVolume {
         })?;
         if tensor.element != element {
             let problem = format!("is {}, the codec reads {}", tensor.element.name(), element.name());
+            return Err(ContainerError::Tensor { name: name.to_owned(), problem });
+        }
+        Ok(tensor)
+    }
+
+    /// A tensor by name, of the element type and shape (slowest axis first) that its user derives from the
+    /// layout and the parameters: a decoder that begins with this never reads outside its tensors.
+    ///
+    /// # Errors
+    /// When it is absent, of another type or of another shape.
+    pub fn tensor_of_shape(
+        &self,
+        name: &str,
+        element: Element,
+        shape: &[u64],
+    ) -> Result<&Tensor, ContainerError> {
+        let tensor = self.tensor(name, element)?;
+        if tensor.shape != shape {
+            let problem = format!("has the shape {:?}, layout and parameters need {shape:?}", tensor.shape);
             return Err(ContainerError::Tensor { name: name.to_owned(), problem });
         }
         Ok(tensor)

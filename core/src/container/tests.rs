@@ -97,3 +97,22 @@ fn nothing_is_left_behind_when_writing_fails() {
     assert!(result.unwrap_err().to_string().contains("do not fill the shape"));
     assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0);
 }
+
+#[test]
+fn numbers_of_the_spec_come_back_bit_for_bit() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("v.cvr");
+    let writer = ContainerWriter::create(&path).unwrap();
+    let layout = VolumeLayout {
+        spacing: [0.1 + 0.2, 1.0 / 3.0, 1e-7],
+        ..VolumeLayout::scalar(Extent::ONE, SampleType::U8)
+    };
+    let report = EncodeReport {
+        error_bound: Some(0.000_000_000_000_000_000_000_000_195_296_716_583_755_45),
+        notes: vec![],
+    };
+    writer.finish(&INFO, &layout, &Settings::default(), &report, Replaced::default()).unwrap();
+    let spec = EncodedVolume::open(&path).unwrap().spec().clone();
+    assert_eq!(spec.layout, layout);
+    assert_eq!(spec.report, report);
+}

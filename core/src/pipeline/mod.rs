@@ -1,1 +1,29 @@
-//! Experiments.
+//! Experiments: from TOML to the list of cells to run.
+//!
+//! [`Document::parse`] reads TOML and keeps for every key and value where it was written; [`Document::set`]
+//! changes values as `--set` does. [`Document::experiment`] makes the typed [`Experiment`] of it, which is
+//! checked in itself: every name is known, every value allowed. [`resolve`] multiplies it out into [`Cell`]s and
+//! says of each refused combination why.
+
+mod cell;
+mod config;
+mod document;
+mod file_path;
+mod overrides;
+mod parse;
+mod read;
+mod resolve;
+mod scene;
+mod suggest;
+#[cfg(test)]
+mod tests;
+
+pub use cell::Cell;
+pub use config::{
+    ByteOrder, CodecSweep, Experiment, NoScene, PipelineAxes, RawLayout, Sweep, Volume, VolumeSource,
+};
+pub use document::Document;
+pub use file_path::{FilePath, FilePathError, UnsetVariable};
+pub use parse::{InvalidExperiment, Known};
+pub use resolve::{Capabilities, Reason, Refusal, Resolution, resolve};
+pub use scene::{Scene, TransferDomain};

@@ -31,9 +31,37 @@ impl ValueRange {
         self.min <= value && value <= self.max
     }
 
+    /// Largest absolute value of the interval.
+    #[must_use]
+    pub fn magnitude(self) -> f32 {
+        self.min.abs().max(self.max.abs())
+    }
+
+    /// One unit in the last place of [`ValueRange::magnitude`]: the distance from there to the next larger
+    /// single-precision number. The measure of [`crate::codec::Agreement::Ulp`].
+    #[must_use]
+    pub fn ulp(self) -> f64 {
+        let m = self.magnitude();
+        // Above the largest finite number there is none; the distance below it is the same.
+        let (low, high) = if m < f32::MAX { (m, m.next_up()) } else { (f32::MAX.next_down(), f32::MAX) };
+        f64::from(high) - f64::from(low)
+    }
+
     /// `max − min`, in double precision so that it cannot overflow.
     #[must_use]
     pub fn span(self) -> f64 {
         f64::from(self.max) - f64::from(self.min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_ulp_follows_the_larger_end() {
+        assert_eq!(ValueRange { min: -1.0, max: 0.5 }.ulp(), f64::from(f32::EPSILON));
+        assert_eq!(ValueRange { min: 0.0, max: 0.0 }.ulp(), f64::from(f32::from_bits(1)));
+        assert_eq!(ValueRange { min: f32::MIN, max: 0.0 }.ulp(), 2_f64.powi(104));
     }
 }

@@ -1,0 +1,86 @@
+//! One sample out of its word: the twin of decode.wgsl, function for function. This one defines the codec.
+
+use crate::form::{Form, Kind};
+
+/// One frame of a stream.
+#[derive(Copy, Clone, Debug)]
+pub struct Frame<'a> {
+    /// The words of the frame, `words_per_frame` of them.
+    pub samples: &'a [u32],
+    /// How codes sit in them.
+    pub form: Form,
+    /// Voxels along x, y, z.
+    pub extent: [u32; 3],
+    /// Values per voxel: 1 or 3.
+    pub channels: u32,
+}
+
+/// Code of sample `i` (x fastest, channels interleaved).
+///
+/// # Panics
+/// When `i` lies outside the frame.
+#[must_use]
+#[inline]
+pub fn code(form: &Form, samples: &[u32], i: usize) -> u32 {
+    let word = samples[i >> form.lanes_log2];
+    let lane = i as u32 & ((1 << form.lanes_log2) - 1);
+    (word >> (lane * form.bits)) & (u32::MAX >> (32 - form.bits))
+}
+
+/// Value of an IEEE half, by integer means alone: subnormal halves are normal singles, and no device flushes them.
+#[must_use]
+#[inline]
+pub fn half(code: u32) -> f32 {
+    let sign = (code & 0x8000) << 16;
+    let exponent = (code >> 10) & 0x1f;
+    let mantissa = code & 0x3ff;
+    if exponent != 0 {
+        return f32::from_bits(sign | ((exponent + 112) << 23) | (mantissa << 13));
+    }
+    if mantissa == 0 {
+        return f32::from_bits(sign);
+    }
+    let first = mantissa.ilog2();
+    f32::from_bits(sign | ((first + 103) << 23) | ((mantissa << (23 - first)) & 0x7f_ffff))
+}
+
+/// Value of a code, in data units.
+#[must_use]
+#[inline]
+pub fn value(form: &Form, code: u32) -> f32 {
+    match form.kind {
+        Kind::Unsigned => code as f32,
+        Kind::Signed => ((code << (32 - form.bits)) as i32 >> (32 - form.bits)) as f32,
+        Kind::Single => f32::from_bits(code),
+        Kind::Half => half(code),
+        Kind::Scaled => (form.offset + form.step * code as f32).min(form.high),
+    }
+}
+
+/// The voxel at `p`; channels that do not exist are 0.
+///
+/// # Panics
+/// When `p` lies outside.
+#[must_use]
+pub fn fetch(frame: &Frame<'_>, p: [u32; 3]) -> [f32; 4] {
+    let voxel = (p[2] as usize * frame.extent[1] as usize + p[1] as usize) * frame.extent[0] as usize;
+    let first = (voxel + p[0] as usize) * frame.channels as usize;
+    let mut out = [0.0; 4];
+    for (c, out) in out.iter_mut().enumerate().take(frame.channels as usize) {
+        *out = value(&frame.form, code(&frame.form, frame.samples, first + c));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_finite_half_has_its_value() {
+        for bits in (0..=u16::MAX).filter(|b| b & 0x7c00 != 0x7c00) {
+            let expected = half::f16::from_bits(bits).to_f32();
+            assert_eq!(half(u32::from(bits)).to_bits(), expected.to_bits(), "half {bits:04x}");
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! The battery of `cvr-core`, over block sizes and index widths.
+
+use cvr_core::codec::{SettingValue, Settings};
+use cvr_core::conformance;
+
+fn settings(block: &str, index_bits: i64) -> Settings {
+    let pairs = [("block", SettingValue::from(block)), ("index_bits", SettingValue::Integer(index_bits))];
+    pairs.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+fn passes(list: &[Settings]) {
+    let report = conformance::run_with(cvr_s3dc::codec().as_ref(), list, None);
+    report.assert_ok();
+    // `largest`: a range from the lowest to the highest single overflows.
+    assert!(report.refused <= list.len(), "{} of {} volumes refused", report.refused, report.checks);
+}
+
+#[test]
+fn the_default_passes() {
+    passes(&[Settings::default()]);
+}
+
+#[test]
+fn every_index_width_passes() {
+    passes(&[settings("4", 1), settings("4", 2), settings("8", 8)]);
+}
+
+#[test]
+fn odd_and_extreme_blocks_pass() {
+    passes(&[settings("1", 4), settings("3x5x2", 2), settings("128", 4)]);
+}

@@ -1,0 +1,43 @@
+//! From a volume to a container, in one call.
+
+use std::path::Path;
+
+use super::{Codec, EncodeError, Progress, Settings};
+use crate::container::{ContainerError, ContainerWriter, EncodedVolume, Written};
+use crate::volume::{BrickSource, FiniteVolume, Replaced};
+
+/// Encodes `source` into a container at `path`. `settings` may be partial: the codec's defaults fill it, and the
+/// complete settings stand in the container. `replaced` counts the samples that were made finite beforehand.
+///
+/// # Errors
+/// When the settings are wrong, the codec cannot encode such a volume, reading or writing fails, or `run` was
+/// cancelled. Nothing stands at `path` then.
+pub fn encode_file(
+    codec: &dyn Codec,
+    settings: &Settings,
+    source: &dyn BrickSource,
+    replaced: Replaced,
+    path: &Path,
+    run: &Progress<'_>,
+) -> Result<Written, EncodeError> {
+    let settings = settings.complete(codec.info())?;
+    let mut writer = ContainerWriter::create(path)?;
+    let report = codec.encoder(&settings)?.encode(source, &mut writer, run)?;
+    Ok(writer.finish(codec.info(), source.layout(), &settings, &report, replaced)?)
+}
+
+/// Encodes a volume into a temporary container, reads that back (checksums verified) and removes it.
+///
+/// # Errors
+/// As [`encode_file`]; also when the temporary folder cannot be written.
+pub fn encode_temporary(
+    codec: &dyn Codec,
+    settings: &Settings,
+    volume: &FiniteVolume,
+) -> Result<EncodedVolume, EncodeError> {
+    let folder = tempfile::tempdir()
+        .map_err(|source| ContainerError::Io { path: "a temporary folder".to_owned(), source })?;
+    let path = folder.path().join("volume.cvr");
+    encode_file(codec, settings, volume, volume.replaced(), &path, &Progress::silent())?;
+    Ok(EncodedVolume::open(&path)?)
+}

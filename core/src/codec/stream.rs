@@ -1,0 +1,57 @@
+//! What every decoder checks before it trusts a stream or a key.
+
+use super::{CodecInfo, DecodeError};
+use crate::container::EncodedVolume;
+use crate::volume::{BrickKey, VolumeLayout};
+
+/// Whether a stream belongs to this codec and is not of a later version. A decoder's first line.
+///
+/// # Errors
+/// [`DecodeError::Version`] for a later version, [`DecodeError::Corrupt`] for another codec's stream.
+pub fn check_stream(volume: &EncodedVolume, info: &CodecInfo) -> Result<(), DecodeError> {
+    let spec = volume.spec();
+    if spec.codec != info.id {
+        let problem = format!("it was written by codec `{}`, not by `{}`", spec.codec, info.id);
+        return Err(DecodeError::Corrupt(problem));
+    }
+    if spec.stream_version > info.stream_version {
+        let (known, found) = (info.stream_version, spec.stream_version);
+        return Err(DecodeError::Version { codec: info.id.to_owned(), known, found });
+    }
+    Ok(())
+}
+
+/// Whether a codec of one resolution and one stage holds this brick: the frame exists, the region lies inside,
+/// the resolution is 0 and at least one stage is asked for. Allocates only to refuse.
+///
+/// # Errors
+/// [`DecodeError::NoSuchBrick`] otherwise.
+pub fn check_key(layout: &VolumeLayout, key: BrickKey) -> Result<(), DecodeError> {
+    let BrickKey { frame, level, region } = key;
+    if frame.0 < layout.frames && region.fits(layout.extent) && level.resolution == 0 && level.stages > 0 {
+        return Ok(());
+    }
+    Err(DecodeError::NoSuchBrick(format!(
+        "{} voxels at {:?}, frame {}, resolution {}, stages {} of a volume of {} voxels and {} frame(s)",
+        region.extent, region.origin, frame.0, level.resolution, level.stages, layout.extent, layout.frames
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{Extent, FrameIndex, Level, Region, SampleType};
+
+    #[test]
+    fn a_key_must_lie_inside() {
+        let layout = VolumeLayout::scalar(Extent::cube(4).unwrap(), SampleType::U8);
+        let inside = BrickKey::full(FrameIndex::FIRST, Region::whole(layout.extent));
+        assert!(check_key(&layout, inside).is_ok());
+        assert!(check_key(&layout, BrickKey { frame: FrameIndex(1), ..inside }).is_err());
+        assert!(check_key(&layout, BrickKey { region: Region::voxel([0, 0, 4]), ..inside }).is_err());
+        let level = |resolution, stages| BrickKey { level: Level { resolution, stages }, ..inside };
+        assert!(check_key(&layout, level(0, 1)).is_ok());
+        assert!(check_key(&layout, level(1, 1)).is_err());
+        assert!(check_key(&layout, level(0, 0)).is_err());
+    }
+}

@@ -1,0 +1,136 @@
+//! The battery that every codec must pass: adversarial volumes, and properties that hold for all codecs.
+//!
+//! ```no_run
+//! # fn battery(codec: &dyn cvr_core::codec::Codec) {
+//! cvr_core::conformance::run(codec, None).assert_ok();
+//! # }
+//! ```
+//! A codec may *refuse* a volume ([`crate::codec::EncodeError::Unsupported`]); the report counts that. Everything
+//! else that goes wrong is a failure, and the battery goes on, so that one run shows all of them.
+
+mod decoded;
+mod module;
+mod parity;
+mod properties;
+mod report;
+mod stream;
+#[cfg(test)]
+mod tests;
+mod volumes;
+
+pub use report::{Failure, Property, Report};
+pub use volumes::{Subject, subjects};
+
+use std::sync::Arc;
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::codec::{Codec, ConfigError, EncodeError, Settings, VoxelDump};
+use crate::container::EncodedVolume;
+use crate::volume::FiniteVolume;
+
+/// Runs the battery with the codec's default settings. With `dump` every voxel also goes through the real shader.
+#[must_use]
+pub fn run(codec: &dyn Codec, dump: Option<&dyn VoxelDump>) -> Report {
+    run_with(codec, &[Settings::default()], dump)
+}
+
+/// Runs the battery with each of these settings, which may be partial.
+#[must_use]
+pub fn run_with(codec: &dyn Codec, settings: &[Settings], dump: Option<&dyn VoxelDump>) -> Report {
+    let mut report = Report::new(codec.info().id);
+    for settings in settings {
+        match settings.complete(codec.info()) {
+            Ok(settings) => run_one(codec, &settings, dump, &mut report),
+            Err(e) => {
+                report.begin(settings, "none");
+                report.fail(Property::Encode, e.to_string());
+            }
+        }
+    }
+    report
+}
+
+/// One encoded subject, and what the properties compare it with.
+struct Case<'a> {
+    codec: &'a dyn Codec,
+    settings: &'a Settings,
+    volume: &'a FiniteVolume,
+    stream: Arc<EncodedVolume>,
+}
+
+fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>, report: &mut Report) {
+    let refused_before = report.refused;
+    let mut encoded = 0;
+    let pools = match (pool(1), pool(4)) {
+        (Ok(one), Ok(four)) => [one, four],
+        (Err(e), _) | (_, Err(e)) => return report.fail(Property::Threads, e.to_string()),
+    };
+    for subject in subjects(volumes::block_of(codec.info(), settings)) {
+        report.begin(settings, &subject.name);
+        let volume = FiniteVolume::new(subject.volume);
+        let Some(stream) = encode(codec, settings, &volume, &pools, report) else { continue };
+        encoded += 1;
+        let case = Case { codec, settings, volume: &volume, stream: Arc::new(stream) };
+        properties::check(&case, report);
+        if subject.tamper {
+            stream::check(&case, report);
+        }
+        if let Some(dump) = dump {
+            parity::check(&case, dump, report);
+        }
+    }
+    if encoded == 0 {
+        let refused = report.refused - refused_before;
+        report.fail(Property::Encode, format!("not one volume was encoded; {refused} were refused"));
+    }
+}
+
+fn pool(threads: usize) -> Result<ThreadPool, rayon::ThreadPoolBuildError> {
+    ThreadPoolBuilder::new().num_threads(threads).build()
+}
+
+/// Encodes with one thread, with four, and with four again: the files must be equal. Returns the first.
+fn encode(
+    codec: &dyn Codec,
+    settings: &Settings,
+    volume: &FiniteVolume,
+    pools: &[ThreadPool; 2],
+    report: &mut Report,
+) -> Option<EncodedVolume> {
+    let folder = match tempfile::tempdir() {
+        Ok(folder) => folder,
+        Err(e) => return report.give_up(Property::Encode, format!("no temporary folder: {e}")),
+    };
+    let write = |name: &str, pool: &ThreadPool| -> Result<(std::path::PathBuf, Vec<u8>), EncodeError> {
+        let path = folder.path().join(name);
+        let run = crate::codec::Progress::silent();
+        let replaced = volume.replaced();
+        pool.install(|| crate::codec::encode_file(codec, settings, volume, replaced, &path, &run))?;
+        let bytes = std::fs::read(&path).map_err(crate::volume::SourceError::Io)?;
+        Ok((path, bytes))
+    };
+    let (path, one) = match write("one", &pools[0]) {
+        Ok(written) => written,
+        Err(EncodeError::Unsupported(_) | EncodeError::Config(ConfigError::Contradiction(_))) => {
+            report.refused += 1;
+            return None;
+        }
+        Err(e) => return report.give_up(Property::Encode, e.to_string()),
+    };
+    match (write("four", &pools[1]), write("again", &pools[1])) {
+        (Ok((_, four)), Ok((_, again))) => {
+            report.check(Property::Repeat, four == again, || "two encodings differ".to_owned());
+            report.check(Property::Threads, one == four, || {
+                format!("{} bytes with one thread, {} other bytes with four", one.len(), four.len())
+            });
+        }
+        (Err(e), _) | (_, Err(e)) => {
+            report.fail(Property::Repeat, format!("one encoding succeeds, another does not: {e}"));
+        }
+    }
+    match EncodedVolume::open(&path) {
+        Ok(stream) => Some(stream),
+        Err(e) => report.give_up(Property::Stream, e.to_string()),
+    }
+}

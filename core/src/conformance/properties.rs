@@ -1,0 +1,144 @@
+//! What holds of an undamaged stream.
+
+use std::sync::Arc;
+
+use super::decoded::{Decoded, difference};
+use super::{Case, Property, Report, module};
+use crate::codec::Decoder;
+use crate::volume::{
+    BrickKey, BrickSource as _, Extent, FrameIndex, Level, Region, ValueRange, VolumeLayout,
+};
+
+/// Decodes the stream and checks every property that needs no damage and no device.
+pub fn check(case: &Case<'_>, report: &mut Report) {
+    let decoder = match case.codec.decoder(Arc::clone(&case.stream)) {
+        Ok(decoder) => decoder,
+        Err(e) => return report.fail(Property::Stream, e.to_string()),
+    };
+    let layout = case.volume.layout();
+    report.check(Property::Stream, decoder.layout() == layout, || "the decoder's layout differs".to_owned());
+    let decoded = match Decoded::all(decoder.as_ref()) {
+        Ok(decoded) => decoded,
+        Err(e) => return report.fail(Property::Stream, e),
+    };
+    for frame in (0..layout.frames).map(FrameIndex) {
+        bound(case, frame, decoded.values(frame), report);
+        regions(decoder.as_ref(), frame, &decoded, report);
+    }
+    keys(decoder.as_ref(), &decoded, report);
+    if let Some(shader) = decoder.shader() {
+        let problem = module::problem(case.codec.info(), shader);
+        report.check(Property::Module, problem.is_none(), || problem.unwrap_or_default());
+    }
+}
+
+/// Decoded values are finite and within the bound that the stream states.
+fn bound(case: &Case<'_>, frame: FrameIndex, decoded: &[f32], report: &mut Report) {
+    let integers = case.volume.layout().sample.is_integer();
+    let source = case.volume.dense().frame_values(frame);
+    let strange = decoded.iter().position(|v| !v.is_finite());
+    report.check(Property::Bound, strange.is_none(), || format!("sample {strange:?} is not finite"));
+    let Some(bound) = case.stream.spec().report.error_bound else { return };
+    let error = |(d, s): (&f32, &f32)| {
+        let shown = if integers { d.round() } else { *d };
+        (f64::from(shown) - f64::from(*s)).abs()
+    };
+    let worst = decoded.iter().zip(&source).map(error).fold(0.0, f64::max);
+    report.check(Property::Bound, worst <= bound, || {
+        format!("frame {}: an error of {worst}, the promise is {bound}", frame.0)
+    });
+}
+
+/// Parts of a frame decode to what the whole decodes to, and lie in their `value_range`.
+fn regions(decoder: &dyn Decoder, frame: FrameIndex, decoded: &Decoded, report: &mut Report) {
+    let layout = decoder.layout();
+    let whole = decoded.values(frame);
+    for region in some_regions(layout.extent) {
+        let key = BrickKey::full(frame, region);
+        let expected = cut(layout, whole, region);
+        let mut part = vec![f32::NAN; expected.len()];
+        let problem = match decoder.decode_brick(key, decoded, &mut part) {
+            Ok(()) => difference(&expected, &part),
+            Err(e) => Some(e.to_string()),
+        };
+        report.check(Property::Regions, problem.is_none(), || format!("{region:?}: {problem:?}"));
+        if let Some(ValueRange { min, max }) = decoder.value_range(key) {
+            let range = ValueRange { min, max };
+            let proper = min.is_finite() && max.is_finite() && min <= max;
+            report.check(Property::Range, proper, || format!("{region:?}: {range:?} is no range"));
+            let outside = expected.iter().find(|v| !range.contains(**v));
+            report.check(Property::Range, outside.is_none(), || {
+                format!("{region:?}: {outside:?} lies outside {range:?}")
+            });
+        }
+    }
+}
+
+/// The samples of a region, cut from a whole frame.
+fn cut(layout: &VolumeLayout, whole: &[f32], region: Region) -> Vec<f32> {
+    let channels = layout.channels as usize;
+    let row = region.extent.x() as usize * channels;
+    let first = |p| layout.extent.index(p) * channels;
+    region.rows().flat_map(|p| whole[first(p)..first(p) + row].iter().copied()).collect()
+}
+
+/// The whole, corners and edges as single voxels, cells of 2×2×2, and boxes of all kinds.
+fn some_regions(extent: Extent) -> Vec<Region> {
+    let e = extent.to_array();
+    let mut regions = vec![Region::whole(extent)];
+    let boxed = |origin: [u32; 3], size: [u32; 3]| {
+        let size = [0, 1, 2].map(|a| size[a].min(e[a] - origin[a]).max(1));
+        Some(Region { origin, extent: Extent::try_from(size).ok()? })
+    };
+    for corner in 0..8_u32 {
+        let origin = [0, 1, 2].map(|a: usize| if corner >> a & 1 == 1 { e[a] - 1 } else { 0 });
+        regions.push(Region::voxel(origin));
+    }
+    let mut state = 12345_u32;
+    let mut below = |n: u32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) % n
+    };
+    for i in 0..48 {
+        let origin = e.map(&mut below);
+        let size = match i % 4 {
+            0 => [1; 3],
+            1 => [2; 3],
+            2 => [5, 4, 3],
+            _ => [0, 1, 2].map(|a| 1 + below(e[a])),
+        };
+        regions.extend(boxed(origin, size));
+    }
+    regions
+}
+
+/// What does not exist is refused, not read.
+fn keys(decoder: &dyn Decoder, decoded: &Decoded, report: &mut Report) {
+    let layout = decoder.layout();
+    let [x, y, z] = layout.extent.to_array();
+    let voxel = |frame, p| BrickKey::full(FrameIndex(frame), Region::voxel(p));
+    let mut keys = vec![
+        voxel(layout.frames, [0; 3]),
+        voxel(u32::MAX, [0; 3]),
+        voxel(0, [x, 0, 0]),
+        voxel(0, [0, y, 0]),
+        voxel(0, [0, 0, z]),
+        voxel(0, [u32::MAX; 3]),
+    ];
+    keys.push(BrickKey { level: Level { resolution: 200, stages: 1 }, ..voxel(0, [0; 3]) });
+    let mut out = vec![0.0; layout.channels as usize];
+    for key in keys {
+        let accepted = decoder.decode_brick(key, decoded, &mut out).is_ok();
+        report.check(Property::Keys, !accepted, || format!("{key:?} does not exist and was decoded"));
+    }
+    if let Ok(extent) = Extent::new(x + 1, 1, 1) {
+        let key = BrickKey::full(FrameIndex::FIRST, Region { origin: [0; 3], extent });
+        let mut out = vec![0.0; (x as usize + 1) * layout.channels as usize];
+        let accepted = decoder.decode_brick(key, decoded, &mut out).is_ok();
+        report.check(Property::Keys, !accepted, || format!("{key:?} sticks out and was decoded"));
+    }
+    if let Some(shader) = decoder.shader() {
+        let accepted = shader.resources(FrameIndex(layout.frames)).is_ok();
+        report.check(Property::Keys, !accepted, || "resources of a frame that does not exist".to_owned());
+    }
+}

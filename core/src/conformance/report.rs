@@ -1,0 +1,128 @@
+//! What the battery found.
+
+use std::fmt;
+
+use crate::codec::Settings;
+
+/// What every codec must hold.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Property {
+    /// A volume encodes, or is refused with [`crate::codec::EncodeError::Unsupported`].
+    Encode,
+    /// Two encodings with the same settings and threads give the same bytes.
+    Repeat,
+    /// One thread and four give the same bytes.
+    Threads,
+    /// The stream opens and decodes, from nothing but itself.
+    Stream,
+    /// Decoded values are finite, and within the promised error bound.
+    Bound,
+    /// Decoded values lie within `value_range`.
+    Range,
+    /// Any region decodes to what the whole decodes to.
+    Regions,
+    /// Regions, frames and levels that do not exist are refused.
+    Keys,
+    /// Damaged streams are refused, without a panic.
+    Damage,
+    /// A later stream version gives [`crate::codec::DecodeError::Version`].
+    Version,
+    /// The snippet is valid WGSL of the agreed form.
+    Module,
+    /// Shader and CPU agree, every voxel.
+    Parity,
+}
+
+/// One property that did not hold.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    /// What did not hold.
+    pub property: Property,
+    /// Settings of the encoder.
+    pub settings: String,
+    /// Name of the adversarial volume.
+    pub volume: String,
+    /// What was expected and what came.
+    pub message: String,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?} [{}] {}: {}", self.property, self.settings, self.volume, self.message)
+    }
+}
+
+/// Outcome of one run of the battery.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// Codec id.
+    pub codec: String,
+    /// Properties checked, all volumes and settings together.
+    pub checks: usize,
+    /// Volumes that the codec refused.
+    pub refused: usize,
+    /// What did not hold.
+    pub failures: Vec<Failure>,
+    settings: String,
+    volume: String,
+}
+
+impl Report {
+    pub(super) fn new(codec: &str) -> Self {
+        Self {
+            codec: codec.to_owned(),
+            checks: 0,
+            refused: 0,
+            failures: Vec::new(),
+            settings: String::new(),
+            volume: String::new(),
+        }
+    }
+
+    /// What follows concerns this volume.
+    pub(super) fn begin(&mut self, settings: &Settings, volume: &str) {
+        self.settings = settings.to_string();
+        volume.clone_into(&mut self.volume);
+    }
+
+    pub(super) fn check(&mut self, property: Property, holds: bool, message: impl FnOnce() -> String) {
+        self.checks += 1;
+        if !holds {
+            let (settings, volume) = (self.settings.clone(), self.volume.clone());
+            self.failures.push(Failure { property, settings, volume, message: message() });
+        }
+    }
+
+    pub(super) fn fail(&mut self, property: Property, message: String) {
+        self.check(property, false, || message);
+    }
+
+    pub(super) fn give_up<T>(&mut self, property: Property, message: String) -> Option<T> {
+        self.fail(property, message);
+        None
+    }
+
+    /// Whether some failure concerns this property.
+    #[must_use]
+    pub fn fails(&self, property: Property) -> bool {
+        self.failures.iter().any(|f| f.property == property)
+    }
+
+    /// Ends a test.
+    ///
+    /// # Panics
+    /// When a property did not hold, or nothing was checked; the message lists the first twenty failures.
+    pub fn assert_ok(&self) {
+        assert!(self.checks > 0, "codec `{}`: nothing was checked", self.codec);
+        let shown: Vec<String> = self.failures.iter().take(20).map(ToString::to_string).collect();
+        assert!(
+            self.failures.is_empty(),
+            "codec `{}` fails {} of {} checks:\n{}",
+            self.codec,
+            self.failures.len(),
+            self.checks,
+            shown.join("\n")
+        );
+    }
+}

@@ -1,0 +1,138 @@
+//! Tests of the battery: a sound codec passes, and each flaw is found under its own name.
+
+mod probe;
+
+use super::{Property, run, run_with};
+use crate::codec::{Codec, Decoder, SettingValue, Settings, VoxelDump};
+use crate::conformance::decoded::Decoded;
+use crate::volume::FrameIndex;
+use probe::{Flaw, Probe};
+
+/// The battery finds `property` violated, and nothing else.
+fn finds(flaw: Flaw, property: Property) {
+    let report = run(&Probe::new(flaw), None);
+    assert!(report.fails(property), "{flaw:?} went unnoticed");
+    let other = report.failures.iter().find(|f| f.property != property);
+    assert!(other.is_none(), "{flaw:?} is also reported as {}", other.unwrap());
+}
+
+#[test]
+fn a_sound_codec_passes() {
+    let report = run(&Probe::new(Flaw::None), None);
+    report.assert_ok();
+    assert!(report.checks > 5000, "only {} checks", report.checks);
+}
+
+#[test]
+fn an_encoder_that_fails_is_found() {
+    finds(Flaw::EncodeFails, Property::Encode);
+}
+
+#[test]
+fn a_codec_that_refuses_everything_is_found() {
+    finds(Flaw::RefusesAll, Property::Encode);
+}
+
+#[test]
+fn bytes_that_depend_on_threads_are_found() {
+    finds(Flaw::ThreadDependent, Property::Threads);
+}
+
+#[test]
+fn bytes_that_depend_on_the_run_are_found() {
+    let report = run(&Probe::new(Flaw::Unrepeatable), None);
+    assert!(report.fails(Property::Repeat));
+}
+
+#[test]
+fn a_decoder_that_reads_the_settings_is_found() {
+    finds(Flaw::ReadsSettings, Property::Stream);
+}
+
+#[test]
+fn a_decoder_off_by_one_is_found() {
+    finds(Flaw::OffByOne, Property::Bound);
+}
+
+#[test]
+fn a_bound_that_does_not_hold_is_found() {
+    finds(Flaw::WrongBound, Property::Bound);
+}
+
+#[test]
+fn values_that_are_not_finite_are_found() {
+    let report = run(&Probe::new(Flaw::DecodesNan), None);
+    assert!(report.fails(Property::Bound));
+}
+
+#[test]
+fn a_value_range_too_narrow_is_found() {
+    finds(Flaw::NarrowRange, Property::Range);
+}
+
+#[test]
+fn a_single_voxel_that_differs_is_found() {
+    finds(Flaw::VoxelDiffers, Property::Regions);
+}
+
+#[test]
+fn a_key_that_is_not_checked_is_found() {
+    finds(Flaw::UncheckedKey, Property::Keys);
+}
+
+#[test]
+fn tensors_that_are_not_checked_are_found() {
+    finds(Flaw::UncheckedTensor, Property::Damage);
+}
+
+#[test]
+fn a_version_that_is_not_checked_is_found() {
+    finds(Flaw::UncheckedVersion, Property::Version);
+}
+
+#[test]
+fn a_snippet_that_is_no_wgsl_is_found() {
+    finds(Flaw::BadSnippet, Property::Module);
+}
+
+#[test]
+fn a_snippet_with_a_foreign_name_is_found() {
+    finds(Flaw::ForeignName, Property::Module);
+}
+
+#[test]
+fn settings_that_do_not_exist_are_a_failure() {
+    let settings: Settings = [("nonsense".to_owned(), SettingValue::Integer(1))].into_iter().collect();
+    assert!(run_with(&Probe::new(Flaw::None), &[settings], None).fails(Property::Encode));
+}
+
+/// A "device" that decodes on the CPU, and may err by one bit in the last voxel.
+struct Dump {
+    flips: bool,
+}
+
+impl VoxelDump for Dump {
+    fn dump(&self, _: &str, decoder: &dyn Decoder, frame: FrameIndex, _: bool) -> Result<Vec<f32>, String> {
+        let mut values = Decoded::all(decoder)?.values(frame).to_vec();
+        if let Some(last) = values.last_mut().filter(|_| self.flips) {
+            *last = f32::from_bits(last.to_bits() ^ 1);
+        }
+        Ok(values)
+    }
+}
+
+#[test]
+fn a_faithful_device_passes_and_one_flipped_bit_is_found() {
+    let codec = Probe::new(Flaw::None);
+    run(&codec, Some(&Dump { flips: false })).assert_ok();
+    let report = run(&codec, Some(&Dump { flips: true }));
+    assert!(report.fails(Property::Parity));
+    assert!(report.failures.iter().all(|f| f.property == Property::Parity));
+}
+
+#[test]
+#[should_panic(expected = "codec `probe` fails")]
+fn a_failing_report_panics() {
+    let codec: &dyn Codec = &Probe::new(Flaw::RefusesAll);
+    run(codec, None).assert_ok();
+}

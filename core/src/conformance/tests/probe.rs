@@ -1,0 +1,235 @@
+//! A tiny lossless codec that can be given one flaw.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+use crate::codec::*;
+use crate::container::{Element, EncodedVolume, StreamWriter, Tensor};
+use crate::volume::*;
+
+/// What is wrong with the codec.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Flaw {
+    None,
+    EncodeFails,
+    RefusesAll,
+    ThreadDependent,
+    Unrepeatable,
+    ReadsSettings,
+    OffByOne,
+    WrongBound,
+    DecodesNan,
+    NarrowRange,
+    VoxelDiffers,
+    UncheckedKey,
+    UncheckedTensor,
+    UncheckedVersion,
+    BadSnippet,
+    ForeignName,
+}
+
+#[derive(Debug)]
+pub struct Probe {
+    flaw: Flaw,
+    info: CodecInfo,
+    runs: Arc<AtomicU32>,
+}
+
+impl Probe {
+    pub fn new(flaw: Flaw) -> Self {
+        let info = CodecInfo {
+            id: "probe",
+            summary: "single-precision samples",
+            stream_version: 1,
+            sites: &[Site::Inline, Site::Host],
+            fetch_cell: false,
+            paper: None,
+            settings: &[Setting {
+                name: "sign",
+                doc: "-1 stores negated samples",
+                kind: SettingKind::OneOf(&[1, -1]),
+                default: "-1",
+            }],
+        };
+        Self { flaw, info, runs: Arc::default() }
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Parameters {
+    sign: i8,
+    range: ValueRange,
+}
+
+impl Codec for Probe {
+    fn info(&self) -> &CodecInfo {
+        &self.info
+    }
+
+    fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
+        let sign = settings.integer("sign")? as i8;
+        Ok(Box::new(ProbeEncoder { flaw: self.flaw, sign, runs: Arc::clone(&self.runs) }))
+    }
+
+    fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
+        if self.flaw != Flaw::UncheckedVersion {
+            check_stream(&volume, &self.info)?;
+        }
+        let layout = volume.spec().layout.clone();
+        let Parameters { mut sign, range } = volume.parameters()?;
+        if self.flaw == Flaw::ReadsSettings {
+            sign = volume.spec().settings.integer("sign").unwrap_or(1) as i8;
+        }
+        let shape = [u64::from(layout.frames), layout.samples_per_frame()];
+        let samples = if self.flaw == Flaw::UncheckedTensor {
+            volume.tensor("samples", Element::U32)?
+        } else {
+            volume.tensor_of_shape("samples", Element::U32, &shape)?
+        };
+        let samples = samples.clone();
+        Ok(Box::new(ProbeDecoder { flaw: self.flaw, layout, sign: f32::from(sign), range, samples }))
+    }
+}
+
+#[derive(Debug)]
+struct ProbeEncoder {
+    flaw: Flaw,
+    sign: i8,
+    runs: Arc<AtomicU32>,
+}
+
+impl Encoder for ProbeEncoder {
+    fn encode(
+        &mut self,
+        source: &dyn BrickSource,
+        out: &mut dyn StreamWriter,
+        run: &Progress<'_>,
+    ) -> Result<EncodeReport, EncodeError> {
+        match self.flaw {
+            Flaw::EncodeFails => return Err(EncodeError::Cancelled),
+            Flaw::RefusesAll => return Err(EncodeError::Unsupported("on principle".to_owned())),
+            _ => {}
+        }
+        let notes = match self.flaw {
+            Flaw::ThreadDependent => vec![rayon::current_num_threads().to_string()],
+            Flaw::Unrepeatable => vec![self.runs.fetch_add(1, Ordering::Relaxed).to_string()],
+            _ => Vec::new(),
+        };
+        let layout = source.layout().clone();
+        let mut range = ValueRange { min: f32::MAX, max: f32::MIN };
+        for frame in 0..layout.frames {
+            let mut values = vec![0.0; layout.samples_per_frame() as usize];
+            source.read(FrameIndex(frame), Region::whole(layout.extent), &mut values)?;
+            if self.flaw == Flaw::WrongBound {
+                values.iter_mut().for_each(|v| *v = (*v / 4.0).round() * 4.0);
+            }
+            range = ValueRange::of(values.iter().copied()).into_iter().fold(range, ValueRange::union);
+            let words: Vec<u32> = values.iter().map(|v| (v * f32::from(self.sign)).to_bits()).collect();
+            out.append_words("samples", &words)?;
+            run.advance(layout.extent.voxels())?;
+        }
+        out.shape("samples", &[u64::from(layout.frames), layout.samples_per_frame()])?;
+        out.parameters_of(&Parameters { sign: self.sign, range })?;
+        let error_bound = Some(if self.flaw == Flaw::WrongBound { 1.0 } else { 0.0 });
+        Ok(EncodeReport { error_bound, notes })
+    }
+}
+
+#[derive(Debug)]
+struct ProbeDecoder {
+    flaw: Flaw,
+    layout: VolumeLayout,
+    sign: f32,
+    range: ValueRange,
+    samples: Tensor,
+}
+
+impl Decoder for ProbeDecoder {
+    fn layout(&self) -> &VolumeLayout {
+        &self.layout
+    }
+
+    fn decode_brick(
+        &self,
+        key: BrickKey,
+        _: &dyn ReferenceFrames,
+        out: &mut [f32],
+    ) -> Result<(), DecodeError> {
+        match check_key(&self.layout, key) {
+            Err(_) if self.flaw == Flaw::UncheckedKey => return Ok(()),
+            checked => checked?,
+        }
+        let n = self.layout.samples_per_frame() as usize;
+        let frame = &self.samples.words()[key.frame.0 as usize * n..][..n];
+        let channels = self.layout.channels as usize;
+        let wrong = self.flaw == Flaw::VoxelDiffers && key.region.extent == Extent::ONE;
+        let shift = usize::from(wrong || self.flaw == Flaw::OffByOne);
+        let row = key.region.extent.x() as usize * channels;
+        for (start, out) in key.region.rows().zip(out.chunks_exact_mut(row)) {
+            let first = self.layout.extent.index(start) * channels;
+            for (k, out) in out.iter_mut().enumerate() {
+                *out = f32::from_bits(frame[(first + k + shift) % n]) * self.sign;
+                if self.flaw == Flaw::DecodesNan {
+                    *out /= 0.0;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn value_range(&self, _: BrickKey) -> Option<ValueRange> {
+        let ValueRange { min, max } = self.range;
+        let narrow = self.flaw == Flaw::NarrowRange && min < max;
+        Some(ValueRange { min, max: if narrow { max.next_down() } else { max } })
+    }
+
+    fn shader(&self) -> Option<&dyn ShaderDecode> {
+        Some(self)
+    }
+}
+
+const SNIPPET: &str = "
+fn probe_fetch(p: vec3<i32>) -> vec4<f32> {
+    let v = vec3<u32>(p);
+    let first = ((v.z * probe_extent.y + v.y) * probe_extent.x + v.x) * probe_channels;
+    var out = vec4<f32>(0.0);
+    for (var c = 0u; c < probe_channels; c++) {
+        out[c] = bitcast<f32>(probe_samples(first + c)) * probe_sign;
+    }
+    return out;
+}";
+
+impl ShaderDecode for ProbeDecoder {
+    fn module(&self) -> WgslModule<'_> {
+        let source = match self.flaw {
+            Flaw::BadSnippet => "fn probe_fetch(p: vec3<i32>) -> vec4<f32> { return 1u; }",
+            Flaw::ForeignName => concat!(
+                "fn other() -> f32 { return 1.0; }\n",
+                "fn probe_fetch(p: vec3<i32>) -> vec4<f32> { return vec4<f32>(other()); }"
+            ),
+            _ => SNIPPET,
+        };
+        let constants = vec![
+            Constant { name: "extent", value: ConstantValue::Vec3U32(self.layout.extent.to_array()) },
+            Constant { name: "channels", value: ConstantValue::U32(self.layout.channels) },
+            Constant { name: "sign", value: ConstantValue::F32(self.sign) },
+        ];
+        WgslModule { file: "probe.wgsl", source, constants }
+    }
+
+    fn agreement(&self) -> Agreement {
+        Agreement::Exact
+    }
+
+    fn resources(&self, frame: FrameIndex) -> Result<Vec<Resource<'_>>, DecodeError> {
+        let n = self.layout.samples_per_frame() as usize;
+        if frame.0 >= self.layout.frames {
+            return Err(DecodeError::NoSuchBrick(format!("frame {}", frame.0)));
+        }
+        let words = Cow::Borrowed(&self.samples.words()[frame.0 as usize * n..][..n]);
+        Ok(vec![Resource { name: "samples", words }])
+    }
+}

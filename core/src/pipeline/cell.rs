@@ -1,0 +1,55 @@
+//! One combination of everything, and its name.
+
+use crate::codec::{Settings, Site};
+use crate::render::Filter;
+
+/// One combination: what one record is about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// Volume name.
+    pub volume: String,
+    /// Codec id.
+    pub codec: String,
+    /// Complete and canonical settings.
+    pub settings: Settings,
+    /// Scene name.
+    pub scene: String,
+    /// Renderer id.
+    pub renderer: String,
+    /// Decode site.
+    pub site: Site,
+    /// Filter.
+    pub filter: Filter,
+}
+
+impl Cell {
+    /// Longest [`Cell::id`] in bytes: it leaves room for endings within the 255 of common file systems.
+    pub const MAX_ID_BYTES: usize = 200;
+
+    /// A name for files and for resuming: `bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-linear`.
+    ///
+    /// It has only letters, digits and `._=,-`, depends on the cell alone, and differs between different cells:
+    /// where a name had to be changed, holds a `-` (which could blur the borders) or is too long, a checksum of
+    /// the true names ends it.
+    #[must_use]
+    pub fn id(&self) -> String {
+        let settings: Vec<String> = self.settings.iter().map(|(n, v)| format!("{n}={v}")).collect();
+        let settings = settings.join(",");
+        let (site, filter) = (self.site.name(), self.filter.name());
+        let parts = [&self.volume, &self.codec, &settings, &self.scene, &self.renderer, site, filter];
+        let is_safe = |c: char| c.is_ascii_alphanumeric() || "._=,-".contains(c);
+        let written: Vec<&str> = parts.iter().copied().filter(|p| !p.is_empty()).collect();
+        let mut id: String = written.join("-").chars().map(|c| if is_safe(c) { c } else { '_' }).collect();
+        // A leading `.` hides a file and a leading `-` makes an option of it.
+        if id.starts_with(['.', '-']) {
+            id.replace_range(..1, "_");
+        }
+        let blurred = [&self.volume, &self.scene].iter().any(|name| name.contains('-'));
+        if blurred || id != written.join("-") || id.len() > Self::MAX_ID_BYTES {
+            let checksum = crc32c::crc32c(parts.join("\0").as_bytes());
+            id.truncate(Self::MAX_ID_BYTES - 9);
+            id.push_str(&format!("-{checksum:08x}"));
+        }
+        id
+    }
+}

@@ -1,0 +1,165 @@
+//! A checked experiment, apart from its scenes.
+
+use super::{FilePath, Scene};
+use crate::codec::{SettingValue, Site};
+use crate::render::Filter;
+use crate::volume::{Extent, SampleType};
+
+/// An experiment: volumes × codecs and their settings × scenes × renderers × sites × filters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Experiment {
+    /// Name, for reports and folders.
+    pub name: String,
+    /// Seed of everything that is drawn by chance; default 0.
+    pub seed: u64,
+    /// At least one; no two names are alike in lower case, since they become file names.
+    pub volumes: Vec<Volume>,
+    /// At least one, in the order of the file. One codec may stand in several.
+    pub codecs: Vec<CodecSweep>,
+    /// How pictures are made.
+    pub pipeline: PipelineAxes,
+    /// At least one; names as of volumes.
+    pub scenes: Vec<Scene>,
+}
+
+/// A volume and where it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Volume {
+    /// Name in records and file names.
+    pub name: String,
+    /// Where it comes from.
+    pub source: VolumeSource,
+}
+
+/// Where a volume comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum VolumeSource {
+    /// A file.
+    File {
+        /// Its path.
+        path: FilePath,
+        /// Its layout, if the file has no header that tells it.
+        raw: Option<RawLayout>,
+    },
+    /// A generator of the application.
+    Generated {
+        /// The generator.
+        generator: String,
+        /// Size; default 64 × 64 × 64 voxels.
+        extent: Extent,
+        /// Number type; default [`SampleType::U8`].
+        sample: SampleType,
+    },
+}
+
+/// Layout of a headerless file: samples in one piece, x fastest.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct RawLayout {
+    /// Size in voxels.
+    pub extent: Extent,
+    /// Number type.
+    pub sample: SampleType,
+    /// Byte order of numbers of several bytes; default little.
+    pub byte_order: ByteOrder,
+    /// Distance between voxel centres along x, y, z; positive; default 1.
+    pub spacing: [f64; 3],
+    /// Bytes before the first sample; default 0.
+    pub skip_bytes: u64,
+}
+
+/// Order of the bytes of one number.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub enum ByteOrder {
+    /// Lowest byte first.
+    #[default]
+    Little,
+    /// Highest byte first.
+    Big,
+}
+
+impl ByteOrder {
+    /// Name used in TOML.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Little => "little",
+            Self::Big => "big",
+        }
+    }
+}
+
+/// One codec with the values of its settings that are to be tried.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CodecSweep {
+    /// Codec id.
+    pub id: String,
+    /// The settings that were written, in the order in which they were; the first one varies slowest. All others
+    /// keep their defaults.
+    pub sweeps: Vec<Sweep>,
+}
+
+/// The values of one setting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sweep {
+    /// Setting.
+    pub name: String,
+    /// At least one value, canonical, in the order in which they were written.
+    pub values: Vec<SettingValue>,
+}
+
+/// How pictures are made; each list has at least one member and no member twice.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PipelineAxes {
+    /// Renderer ids.
+    pub renderers: Vec<String>,
+    /// Decode sites.
+    pub sites: Vec<Site>,
+    /// Filters.
+    pub filters: Vec<Filter>,
+}
+
+/// No scene applies to a volume.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "no scene applies to volume `{volume}`: add a `[[scene]]` without `volumes`, or name the volume in one"
+)]
+pub struct NoScene {
+    /// The volume.
+    pub volume: String,
+}
+
+impl Experiment {
+    /// The volume of this name.
+    #[must_use]
+    pub fn volume(&self, name: &str) -> Option<&Volume> {
+        self.volumes.iter().find(|v| v.name == name)
+    }
+
+    /// The scene of this name.
+    #[must_use]
+    pub fn scene(&self, name: &str) -> Option<&Scene> {
+        self.scenes.iter().find(|s| s.name == name)
+    }
+
+    /// The scenes of a volume: those that name it, else those that name no volume.
+    pub fn scenes_of<'a>(&'a self, volume: &'a str) -> impl Iterator<Item = &'a Scene> {
+        let names = move |s: &&Scene| s.volumes.iter().flatten().any(|v| v == volume);
+        let named = self.scenes.iter().any(|s| names(&s));
+        self.scenes.iter().filter(move |s| if named { names(s) } else { s.volumes.is_none() })
+    }
+
+    /// Draws other volumes by the same recipe, as `--volume` does. Scenes that name a volume which is no
+    /// longer there are left aside.
+    ///
+    /// # Errors
+    /// When no scene applies to one of them; the experiment is then unchanged.
+    pub fn replace_volumes(&mut self, volumes: Vec<Volume>) -> Result<(), NoScene> {
+        match volumes.iter().find(|v| self.scenes_of(&v.name).next().is_none()) {
+            Some(volume) => Err(NoScene { volume: volume.name.clone() }),
+            None => {
+                self.volumes = volumes;
+                Ok(())
+            }
+        }
+    }
+}

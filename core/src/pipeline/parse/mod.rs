@@ -1,0 +1,218 @@
+//! From a document to a checked experiment.
+
+mod codec;
+mod pipeline;
+mod scene;
+mod volume;
+
+pub(super) use scene::SCENE_KEYS;
+pub(super) use volume::VOLUME_KEYS;
+
+use std::error::Error;
+use std::fmt;
+
+use super::document::{Document, Node, Value};
+use super::read::{Fields, unknown};
+use super::{Experiment, Scene, Volume};
+use crate::codec::Registry;
+use crate::diagnostic::Diagnostic;
+
+/// The names that a configuration may use.
+#[derive(Copy, Clone, Debug)]
+pub struct Known<'a> {
+    /// The codecs, with the schemas of their settings.
+    pub codecs: &'a Registry,
+    /// Renderer ids.
+    pub renderers: &'a [&'a str],
+    /// Names of volume generators.
+    pub generators: &'a [&'a str],
+}
+
+/// All that is wrong with a configuration: the first error of every table, in the order of the sections. Never
+/// empty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InvalidExperiment(pub Vec<Diagnostic>);
+
+impl Error for InvalidExperiment {}
+
+impl fmt::Display for InvalidExperiment {
+    /// The diagnostics with an empty line between them.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, diagnostic) in self.0.iter().enumerate() {
+            write!(f, "{}{diagnostic}", if i > 0 { "\n\n" } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+const VOLUME_EXAMPLE: &str = "name = \"bonsai\"\nfile = \"$CVR_DATA/bonsai.nrrd\"";
+const PIPELINE_EXAMPLE: &str = "renderer = \"raycasting\"\nsite = \"inline\"\nfilter = \"linear\"";
+const SCENE_EXAMPLE: &str =
+    "name = \"front\"\ntransfer_function = [[0, \"#00000000\"], [255, \"#ffffffff\"]]";
+
+const SECTIONS: &[&str] = &["experiment", "volume", "codec", "pipeline", "scene"];
+
+impl Document {
+    /// Reads and checks the whole configuration. Environment variables in paths are left as they are.
+    ///
+    /// # Errors
+    /// When a key, type, value or name is wrong, a table is missing, or a name is given twice.
+    pub fn experiment(&self, known: &Known<'_>) -> Result<Experiment, InvalidExperiment> {
+        let root = Fields::open("the configuration", &self.root).map_err(|e| InvalidExperiment(vec![e]))?;
+        let mut problems = Problems::default();
+        for entry in root.entries() {
+            if !SECTIONS.contains(&entry.key.as_str()) {
+                problems.0.push(root.unknown_key(entry, SECTIONS));
+            }
+        }
+        let experiment = problems.keep(
+            section(&root, "experiment", "name = \"compare\"")
+                .and_then(|node| Fields::of("the experiment", node, &["name", "seed"]))
+                .and_then(|fields| {
+                    let name = name_of(&fields, "name = \"compare\"")?;
+                    let seed = fields.optional("seed", |n| n.integer(0, i64::MAX, "an integer from 0"))?;
+                    Ok((name, seed.unwrap_or(0).unsigned_abs()))
+                }),
+        );
+        let volumes = problems.tables(&root, "volume", VOLUME_EXAMPLE, |node| volume::read(node, known));
+        let codecs = problems.tables(&root, "codec", "id = \"raw\"", |node| codec::read(node, known));
+        let pipeline = problems
+            .keep(section(&root, "pipeline", PIPELINE_EXAMPLE).and_then(|node| pipeline::read(node, known)));
+        let scenes = problems.tables(&root, "scene", SCENE_EXAMPLE, scene::read);
+
+        problems.distinct_names("volume", volumes.iter().map(|(node, v)| (*node, v.name.as_str())));
+        problems.distinct_names("scene", scenes.iter().map(|(node, s)| (*node, s.name.as_str())));
+        // With a broken volume or scene left out, references could not be told from mistakes.
+        if problems.0.is_empty() {
+            problems.scene_volumes(&volumes, &scenes);
+        }
+        let codecs = values(codecs);
+        match (experiment, pipeline) {
+            (Some((name, seed)), Some(pipeline)) if problems.0.is_empty() => {
+                let (volumes, scenes) = (values(volumes), values(scenes));
+                Ok(Experiment { name, seed, volumes, codecs, pipeline, scenes })
+            }
+            _ => Err(InvalidExperiment(problems.0)),
+        }
+    }
+}
+
+fn values<T>(tables: Vec<(&Node, T)>) -> Vec<T> {
+    tables.into_iter().map(|(_, value)| value).collect()
+}
+
+/// A table of the configuration that must be there.
+fn section<'a>(root: &Fields<'a>, name: &str, example: &str) -> Result<&'a Node, Diagnostic> {
+    let node = root.get(name).ok_or_else(|| missing_section(root, &format!("[{name}]"), example))?;
+    match node.value {
+        Value::List(_) => {
+            let error =
+                node.error(format!("`{name}` is a single table, and this is a list"), "list of tables");
+            Err(error.with_note(format!("write `[{name}]`")))
+        }
+        _ => Ok(node),
+    }
+}
+
+/// The error for a section that the configuration lacks; `example` has lines that would do.
+fn missing_section(root: &Fields<'_>, header: &str, example: &str) -> Diagnostic {
+    root.error(format!("the configuration has no `{header}`"), "none in this file")
+        .with_note(format!("add, for instance,\n{header}\n{example}"))
+}
+
+/// A name: a non-empty string without control characters, for it stands in records and file names.
+fn name_of(fields: &Fields<'_>, example: &str) -> Result<String, Diagnostic> {
+    let node = fields.require("name", example)?;
+    let name = node.text()?;
+    if name.trim().is_empty() || name.chars().any(char::is_control) {
+        return Err(node.not_allowed("a name without control characters"));
+    }
+    Ok(name.to_owned())
+}
+
+/// The errors so far.
+#[derive(Default)]
+struct Problems(Vec<Diagnostic>);
+
+impl Problems {
+    fn keep<T>(&mut self, result: Result<T, Diagnostic>) -> Option<T> {
+        result.map_err(|e| self.0.push(e)).ok()
+    }
+
+    /// Reads a list of tables, `[[name]]`; those that fail leave an error behind.
+    fn tables<'a, T>(
+        &mut self,
+        root: &Fields<'a>,
+        name: &str,
+        example: &str,
+        read: impl Fn(&'a Node) -> Result<T, Diagnostic>,
+    ) -> Vec<(&'a Node, T)> {
+        let header = format!("[[{name}]]");
+        let nodes = root.get(name).ok_or_else(|| missing_section(root, &header, example));
+        let nodes = nodes.and_then(|node| match &node.value {
+            Value::Table(_) => Err(node
+                .error(format!("`{name}` is a list of tables, and this is a single one"), "single table")
+                .with_note(format!("write `{header}`"))),
+            Value::List(items) if items.is_empty() => Err(missing_section(root, &header, example)),
+            _ => node.list("a list of tables"),
+        });
+        let nodes = self.keep(nodes).unwrap_or(&[]);
+        nodes.iter().filter_map(|node| self.keep(read(node)).map(|value| (node, value))).collect()
+    }
+
+    /// Names become file names, and some file systems hold `A` and `a` for one.
+    fn distinct_names<'a>(&mut self, what: &str, tables: impl Iterator<Item = (&'a Node, &'a str)>) {
+        let place = |node: &Node| {
+            let name = Fields::open(what, node).ok().and_then(|f| f.get("name"));
+            name.unwrap_or(node).place.clone()
+        };
+        let mut seen: Vec<(&Node, &str)> = Vec::new();
+        for (node, name) in tables {
+            match seen.iter().find(|(_, other)| other.to_lowercase() == name.to_lowercase()) {
+                None => seen.push((node, name)),
+                Some((first, other)) => {
+                    let message = format!("two {what}s are called `{name}`");
+                    let mut error = Diagnostic::new(message, place(node), "again")
+                        .with_secondary(place(first), "first")
+                        .with_note("records and files go by this name: choose another");
+                    if *other != name {
+                        error =
+                            error.with_note("upper and lower case do not tell file names apart everywhere");
+                    }
+                    self.0.push(error);
+                }
+            }
+        }
+    }
+
+    /// Scenes name volumes that exist, and every volume has a scene.
+    fn scene_volumes(&mut self, volumes: &[(&Node, Volume)], scenes: &[(&Node, Scene)]) {
+        let known: Vec<&str> = volumes.iter().map(|(_, v)| v.name.as_str()).collect();
+        for (node, _) in scenes {
+            let list = Fields::open("the scene", node).ok().and_then(|f| f.get("volumes"));
+            let items = match list.map(|list| (list, &list.value)) {
+                Some((_, Value::List(items))) => items.as_slice(),
+                Some((list, _)) => std::slice::from_ref(list),
+                None => &[],
+            };
+            for item in items {
+                let name = item.text().unwrap_or_default();
+                if !known.contains(&name) {
+                    self.0.push(unknown(&item.place, "volume", name, &known));
+                }
+            }
+        }
+        if scenes.iter().any(|(_, s)| s.volumes.is_none()) {
+            return;
+        }
+        for (node, volume) in volumes {
+            let named = scenes.iter().any(|(_, s)| s.volumes.iter().flatten().any(|v| *v == volume.name));
+            if !named {
+                let error =
+                    node.error(format!("no scene applies to volume `{}`", volume.name), "never drawn");
+                self.0
+                    .push(error.with_note("add a `[[scene]]` without `volumes`, or name the volume in one"));
+            }
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Multiplying an experiment out: the cells to run, and why the others cannot.
+
+use std::collections::HashSet;
+use std::fmt;
+
+use super::{Cell, CodecSweep, Experiment, Known, Sweep};
+use crate::codec::{CodecInfo, Settings, Site};
+use crate::render::Filter;
+
+/// What this machine and build cannot do; the default is that nothing is lacking.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Capabilities {
+    /// Sites that cannot be drawn from, each with the reason in words ("this device has no 3-D textures").
+    pub missing_sites: Vec<(Site, String)>,
+}
+
+/// An experiment, multiplied out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Resolution {
+    /// The cells to run, each once: by volume, codec, settings, scene, renderer, site and filter, each in the
+    /// order of the configuration.
+    pub cells: Vec<Cell>,
+    /// The combinations that cannot run, in the same order.
+    pub refused: Vec<Refusal>,
+}
+
+/// A combination that cannot run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal {
+    /// The combination.
+    pub cell: Cell,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// Why a combination cannot run; its `Display` is a sentence for the report.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// The codec cannot be decoded there.
+    Site {
+        /// Codec id.
+        codec: String,
+        /// The site asked for.
+        site: Site,
+        /// The sites that it offers.
+        offered: Vec<Site>,
+    },
+    /// [`Filter::OptimisedLinear`] away from the site inline: the codec is not asked when a texture is filtered.
+    FilterNeedsInline {
+        /// The site asked for.
+        site: Site,
+    },
+    /// [`Filter::OptimisedLinear`] with a codec that has no fast path.
+    NoFetchCell {
+        /// Codec id.
+        codec: String,
+    },
+    /// The codec refuses the settings, in its own words.
+    Settings(String),
+    /// This machine or build lacks something.
+    Missing(String),
+    /// The same combination came before, written in another way.
+    Repeated,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Site { codec, site, offered } => {
+                let offered: Vec<&str> = offered.iter().map(|s| s.name()).collect();
+                let offered = if offered.is_empty() { "none".to_owned() } else { offered.join(", ") };
+                write!(f, "codec {codec} cannot be decoded at site {site}; it offers: {offered}")
+            }
+            Self::FilterNeedsInline { site } => write!(
+                f,
+                "filter {}: site {site} filters decoded texels and never calls the codec's fetch_cell; use \
+                 filter linear, or site inline",
+                Filter::OptimisedLinear
+            ),
+            Self::NoFetchCell { codec } => write!(
+                f,
+                "filter {}: codec {codec} has no fetch_cell; use filter linear",
+                Filter::OptimisedLinear
+            ),
+            Self::Settings(problem) | Self::Missing(problem) => f.write_str(problem),
+            Self::Repeated => {
+                f.write_str("the same settings stand earlier in the configuration, written in another way")
+            }
+        }
+    }
+}
+
+/// Multiplies an experiment out.
+///
+/// A combination that a codec, the renderers at hand or the machine rule out becomes a refusal with its first
+/// reason; nothing is dropped in silence.
+#[must_use]
+pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabilities) -> Resolution {
+    let mut resolution = Resolution::default();
+    let mut seen = HashSet::new();
+    let codecs: Vec<ResolvedCodec> =
+        experiment.codecs.iter().flat_map(|sweep| settings_of(sweep, known)).collect();
+    for volume in &experiment.volumes {
+        for codec in &codecs {
+            for scene in experiment.scenes_of(&volume.name) {
+                for (renderer, site, filter) in axes(experiment) {
+                    let cell = Cell {
+                        volume: volume.name.clone(),
+                        codec: codec.id.clone(),
+                        settings: codec.settings.clone(),
+                        scene: scene.name.clone(),
+                        renderer: renderer.to_owned(),
+                        site,
+                        filter,
+                    };
+                    let repeated = (!seen.insert(cell.id())).then_some(Reason::Repeated);
+                    let reason = repeated
+                        .or_else(|| codec.problem.clone())
+                        .or_else(|| renderer_problem(renderer, known))
+                        .or_else(|| capability_problem(codec.info, site, filter))
+                        .or_else(|| site_problem(site, capabilities));
+                    match reason {
+                        Some(reason) => resolution.refused.push(Refusal { cell, reason }),
+                        None => resolution.cells.push(cell),
+                    }
+                }
+            }
+        }
+    }
+    resolution
+}
+
+/// One codec with one set of settings.
+struct ResolvedCodec<'a> {
+    id: String,
+    settings: Settings,
+    info: Option<&'a CodecInfo>,
+    problem: Option<Reason>,
+}
+
+/// All settings of one `[[codec]]` table, the first-written setting slowest.
+fn settings_of<'a>(sweep: &CodecSweep, known: &Known<'a>) -> Vec<ResolvedCodec<'a>> {
+    let codec = known.codecs.get(&sweep.id);
+    let resolved = |written: Settings| {
+        let checked = codec.as_ref().map_err(ToString::to_string).and_then(|codec| {
+            let complete = written.complete(codec.info()).map_err(|e| e.to_string())?;
+            let problem = codec.encoder(&complete).err().map(|e| Reason::Settings(e.to_string()));
+            Ok((complete, problem))
+        });
+        let (settings, problem) =
+            checked.unwrap_or_else(|problem| (written, Some(Reason::Settings(problem))));
+        let info = codec.as_ref().ok().map(|codec| codec.info());
+        ResolvedCodec { id: sweep.id.clone(), settings, info, problem }
+    };
+    let mut combinations = vec![Settings::default()];
+    for Sweep { name, values } in &sweep.sweeps {
+        let with = |settings: &Settings, value| {
+            let mut settings = settings.clone();
+            settings.set(name, value);
+            settings
+        };
+        combinations =
+            combinations.iter().flat_map(|s| values.iter().map(move |v| with(s, v.clone()))).collect();
+    }
+    combinations.into_iter().map(resolved).collect()
+}
+
+fn axes(experiment: &Experiment) -> impl Iterator<Item = (&str, Site, Filter)> {
+    let axes = &experiment.pipeline;
+    axes.renderers.iter().flat_map(move |renderer| {
+        axes.sites
+            .iter()
+            .flat_map(move |&site| axes.filters.iter().map(move |&filter| (renderer.as_str(), site, filter)))
+    })
+}
+
+fn renderer_problem(renderer: &str, known: &Known<'_>) -> Option<Reason> {
+    let missing = || Reason::Missing(format!("this build has no renderer {renderer}"));
+    (!known.renderers.contains(&renderer)).then(missing)
+}
+
+/// What the codec says of itself rules out.
+fn capability_problem(info: Option<&CodecInfo>, site: Site, filter: Filter) -> Option<Reason> {
+    let info = info?;
+    if !info.sites.contains(&site) {
+        let offered = info.sites.to_vec();
+        return Some(Reason::Site { codec: info.id.to_owned(), site, offered });
+    }
+    match filter {
+        Filter::OptimisedLinear if site != Site::Inline => Some(Reason::FilterNeedsInline { site }),
+        Filter::OptimisedLinear if !info.fetch_cell => {
+            Some(Reason::NoFetchCell { codec: info.id.to_owned() })
+        }
+        _ => None,
+    }
+}
+
+fn site_problem(site: Site, capabilities: &Capabilities) -> Option<Reason> {
+    let missing = capabilities.missing_sites.iter().find(|(s, _)| *s == site);
+    missing.map(|(_, reason)| Reason::Missing(format!("site {site}: {reason}")))
+}

@@ -1,0 +1,92 @@
+//! A scene: what is drawn, from where, in which colours.
+
+use std::sync::Arc;
+
+use crate::render::{Camera, ControlPoint, Filter, TransferFunction, TransferFunctionError, View};
+use crate::volume::ValueRange;
+
+/// A scene of an experiment. It becomes a [`View`] once the value range of the volume is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Name in records and file names.
+    pub name: String,
+    /// The volumes that it is for; `None` = all that no other scene names.
+    pub volumes: Option<Vec<String>>,
+    /// Width and height in pixels, 1 to [`Scene::MAX_SIZE`]; default 256 × 256.
+    pub size: [u32; 2],
+    /// Camera.
+    pub camera: Camera,
+    /// At least two points of non-decreasing value, not all of one value.
+    pub control_points: Vec<ControlPoint>,
+    /// What the values of the control points mean.
+    pub domain: TransferDomain,
+    /// Distance between samples along a ray in voxel lengths, above 0; default 0.5.
+    pub step_voxels: f32,
+    /// A ray ends when its opacity reaches this, above 0 and at most 1 (= never); default 0.999.
+    pub early_termination: f32,
+    /// Colour behind the volume, RGB, `0.0..=1.0`; default black.
+    pub background: [f32; 3],
+}
+
+/// What the values of control points mean.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub enum TransferDomain {
+    /// Data values.
+    #[default]
+    Data,
+    /// 0 = the volume's lowest value, 1 = its highest.
+    Range,
+}
+
+impl TransferDomain {
+    /// Name used in TOML.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Data => "data",
+            Self::Range => "range",
+        }
+    }
+}
+
+impl Scene {
+    /// Longest side of a picture in pixels.
+    pub const MAX_SIZE: u32 = 8192;
+
+    /// The view of a volume whose values lie in `range`.
+    ///
+    /// # Errors
+    /// When the control points coincide after they were mapped onto `range`, which takes a range of few
+    /// floating-point steps.
+    pub fn view(&self, range: ValueRange, filter: Filter) -> Result<View, TransferFunctionError> {
+        Ok(View {
+            size: self.size,
+            camera: self.camera,
+            transfer_function: Arc::new(self.transfer_function(range)?),
+            step_voxels: self.step_voxels,
+            termination: self.early_termination,
+            filter,
+        })
+    }
+
+    /// The transfer function in data units. A volume of one value is drawn as if it reached further by 1 or,
+    /// if that is more, by a thousandth of the value.
+    ///
+    /// # Errors
+    /// As [`Scene::view`].
+    pub fn transfer_function(&self, range: ValueRange) -> Result<TransferFunction, TransferFunctionError> {
+        if self.domain == TransferDomain::Data {
+            return TransferFunction::new(self.control_points.clone());
+        }
+        let one_value = range.span() <= 0.0;
+        let span = if one_value { (f64::from(range.min).abs() / 1000.0).max(1.0) } else { range.span() };
+        // A single value at the end of f32 has no room above it.
+        let no_room = one_value && f64::from(range.min) + span > f64::from(f32::MAX);
+        let min = f64::from(range.min) - if no_room { span } else { 0.0 };
+        let map = |p: &ControlPoint| {
+            let value = (min + f64::from(p.value) * span).clamp(f64::from(f32::MIN), f64::from(f32::MAX));
+            ControlPoint { value: value as f32, ..*p }
+        };
+        TransferFunction::new(self.control_points.iter().map(map).collect())
+    }
+}

@@ -1,0 +1,154 @@
+//! Tests of the whole way from text to cells. What codecs there are is mimicked here: core knows none.
+
+mod accepted;
+mod configs;
+mod overriding;
+mod refused_inputs;
+mod refused_pictures;
+mod refused_structure;
+mod resolving;
+
+use std::sync::Arc;
+
+use super::{Document, Experiment, Known};
+use crate::codec::{
+    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Registry, Setting, SettingKind, Settings,
+    Site,
+};
+use crate::container::EncodedVolume;
+
+/// The file of the brief description in the documentation, as it stands there.
+const EXAMPLE: &str = r##"[experiment]
+name = "compare"
+seed = 1
+
+[[volume]]
+name = "bonsai"
+file = "$CVR_DATA/bonsai.nrrd"      # or generate = "shepp-logan", dims = [128, 128, 128]
+
+[[codec]]
+id = "raw"
+[[codec]]
+id = "s3dc"
+block = [4, 8, "8x8x4"]             # a list is a sweep; an integer is a cube
+index_bits = [2, 4]
+
+[pipeline]                          # the product of all of these, minus refused pairs (with the reason in the report)
+renderer = ["raycasting"]
+site = ["inline", "host"]
+filter = ["nearest", "linear"]
+
+[[scene]]
+name = "front"
+size = [256, 256]
+camera = { azimuth = 30.0, elevation = 20.0, zoom = 1.0, projection = "perspective" }   # degrees; zoom 1 fits the volume
+transfer_function = [[40.0, "#00000000"], [60.0, "#3d7a2a20"], [120.0, "#c8a060c0"], [255.0, "#ffffffff"]]   # data value, RGBA
+step_voxels = 0.5
+"##;
+
+#[derive(Debug)]
+struct FakeCodec(CodecInfo);
+
+impl Codec for FakeCodec {
+    fn info(&self) -> &CodecInfo {
+        &self.0
+    }
+
+    fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
+        #[derive(Debug)]
+        struct Never;
+        impl Encoder for Never {
+            fn encode(
+                &mut self,
+                _: &dyn crate::volume::BrickSource,
+                _: &mut dyn crate::container::StreamWriter,
+                _: &crate::codec::Progress<'_>,
+            ) -> Result<crate::codec::EncodeReport, crate::codec::EncodeError> {
+                Err(crate::codec::EncodeError::Cancelled)
+            }
+        }
+        // A contradiction that no schema can see.
+        match (settings.text("block"), settings.integer("index_bits")) {
+            (Ok("128"), Ok(1)) => Err(ConfigError::Contradiction("a block of 128 needs 2 bits".to_owned())),
+            _ => Ok(Box::new(Never)),
+        }
+    }
+
+    fn decoder(&self, _: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
+        Err(DecodeError::Corrupt("fake".to_owned()))
+    }
+}
+
+fn registry() -> Registry {
+    let info = CodecInfo {
+        id: "raw",
+        summary: "",
+        stream_version: 1,
+        sites: &[Site::Inline, Site::Host],
+        fetch_cell: false,
+        paper: None,
+        settings: &[],
+    };
+    let raw = CodecInfo {
+        settings: &[Setting {
+            name: "bits",
+            doc: "bits per sample",
+            kind: SettingKind::Choice(&["native", "8", "half"]),
+            default: "native",
+        }],
+        ..info.clone()
+    };
+    let s3dc = CodecInfo {
+        id: "s3dc",
+        fetch_cell: true,
+        settings: &[
+            Setting {
+                name: "block",
+                doc: "voxels of a block",
+                kind: SettingKind::Block { max: 128 },
+                default: "16",
+            },
+            Setting {
+                name: "index_bits",
+                doc: "bits per voxel",
+                kind: SettingKind::OneOf(&[1, 2, 4, 8]),
+                default: "4",
+            },
+        ],
+        ..info.clone()
+    };
+    let tape = CodecInfo { id: "tape", sites: &[Site::Host], ..info };
+    let mut registry = Registry::default();
+    for info in [raw, s3dc, tape] {
+        registry.register(Arc::new(FakeCodec(info))).unwrap();
+    }
+    registry
+}
+
+fn known(codecs: &Registry) -> Known<'_> {
+    Known { codecs, renderers: &["raycasting", "slicing"], generators: &["shepp-logan", "marschner-lobb"] }
+}
+
+/// Reads a configuration with overrides; the error is the text that a user would see.
+fn read(text: &str, overrides: &[&str]) -> Result<Experiment, String> {
+    let registry = registry();
+    let mut document = Document::parse("x.toml", text).map_err(|e| e.to_string())?;
+    for assignment in overrides {
+        document.set(assignment).map_err(|e| e.to_string())?;
+    }
+    document.experiment(&known(&registry)).map_err(|e| e.to_string())
+}
+
+/// The example with one piece replaced.
+fn edited(from: &str, to: &str) -> String {
+    assert_eq!(EXAMPLE.matches(from).count(), 1, "{from:?} must stand once in the example");
+    EXAMPLE.replace(from, to)
+}
+
+/// The errors of the example, each with one piece replaced.
+fn errors(edits: &[(&str, &str)]) -> String {
+    let error = |(from, to): &(&str, &str)| {
+        read(&edited(from, to), &[]).expect_err(&format!("{to:?} in place of {from:?} was accepted"))
+    };
+    edits.iter().map(error).collect::<Vec<_>>().join("\n\n")
+}

@@ -1,0 +1,136 @@
+//! Cells, their order and names, and refusals.
+
+use super::*;
+use crate::pipeline::{Capabilities, Cell, Reason, Resolution, resolve};
+
+fn resolved(text: &str, overrides: &[&str], capabilities: &Capabilities) -> Resolution {
+    let registry = registry();
+    let experiment = read(text, overrides).unwrap_or_else(|e| panic!("{e}"));
+    resolve(&experiment, &known(&registry), capabilities)
+}
+
+fn ids(resolution: &Resolution) -> String {
+    resolution.cells.iter().map(Cell::id).collect::<Vec<_>>().join("\n")
+}
+
+fn reasons(resolution: &Resolution) -> String {
+    let line = |r: &crate::pipeline::Refusal| format!("{}: {}", r.cell.id(), r.reason);
+    resolution.refused.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn cells_follow_the_order_of_the_file() {
+    let resolution = resolved(EXAMPLE, &["pipeline.site=inline"], &Capabilities::default());
+    insta::assert_snapshot!(ids(&resolution), @r#"
+    bonsai-raw-bits=native-front-raycasting-inline-nearest
+    bonsai-raw-bits=native-front-raycasting-inline-linear
+    bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-nearest
+    bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-linear
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-inline-nearest
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-inline-linear
+    bonsai-s3dc-block=8,index_bits=2-front-raycasting-inline-nearest
+    bonsai-s3dc-block=8,index_bits=2-front-raycasting-inline-linear
+    bonsai-s3dc-block=8,index_bits=4-front-raycasting-inline-nearest
+    bonsai-s3dc-block=8,index_bits=4-front-raycasting-inline-linear
+    bonsai-s3dc-block=8x8x4,index_bits=2-front-raycasting-inline-nearest
+    bonsai-s3dc-block=8x8x4,index_bits=2-front-raycasting-inline-linear
+    bonsai-s3dc-block=8x8x4,index_bits=4-front-raycasting-inline-nearest
+    bonsai-s3dc-block=8x8x4,index_bits=4-front-raycasting-inline-linear
+    "#);
+    assert_eq!(resolution.refused, []);
+    let swapped =
+        edited("index_bits = [2, 4]\n", "").replace("block = [4,", "index_bits = [4, 2]\nblock = [4,");
+    let first = &resolved(&swapped, &["codec.s3dc.block=[4, 8]"], &Capabilities::default());
+    let settings: Vec<String> = first.cells.iter().map(|c| c.settings.to_string()).collect();
+    assert_eq!(
+        settings.chunks(4).map(|c| c[0].as_str()).collect::<Vec<_>>(),
+        [
+            "bits=native",
+            "block=4 index_bits=4",
+            "block=8 index_bits=4",
+            "block=4 index_bits=2",
+            "block=8 index_bits=2"
+        ]
+    );
+}
+
+#[test]
+fn every_refusal_has_its_reason() {
+    let text = edited("id = \"raw\"", "id = \"raw\"\n[[codec]]\nid = \"tape\"");
+    let set =
+        ["codec.s3dc.block=[4, \"4x4x4\"]", "codec.s3dc.index_bits=4", "pipeline.filter=optimised-linear"];
+    let resolution = resolved(&text, &set, &Capabilities::default());
+    assert_eq!(ids(&resolution), "bonsai-s3dc-block=4,index_bits=4-front-raycasting-inline-optimised-linear");
+    insta::assert_snapshot!(reasons(&resolution), @r#"
+    bonsai-raw-bits=native-front-raycasting-inline-optimised-linear: filter optimised-linear: codec raw has no fetch_cell; use filter linear
+    bonsai-raw-bits=native-front-raycasting-host-optimised-linear: filter optimised-linear: site host filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
+    bonsai-tape-front-raycasting-inline-optimised-linear: codec tape cannot be decoded at site inline; it offers: host
+    bonsai-tape-front-raycasting-host-optimised-linear: filter optimised-linear: site host filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-optimised-linear: filter optimised-linear: site host filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-inline-optimised-linear: the same settings stand earlier in the configuration, written in another way
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-optimised-linear: the same settings stand earlier in the configuration, written in another way
+    "#);
+    let set = ["codec.s3dc.block=128", "codec.s3dc.index_bits=1", "pipeline.filter=linear"];
+    let capabilities =
+        Capabilities { missing_sites: vec![(Site::Host, "this device has no 3-D textures".to_owned())] };
+    insta::assert_snapshot!(reasons(&resolved(EXAMPLE, &set, &capabilities)), @r#"
+    bonsai-raw-bits=native-front-raycasting-host-linear: site host: this device has no 3-D textures
+    bonsai-s3dc-block=128,index_bits=1-front-raycasting-inline-linear: a block of 128 needs 2 bits
+    bonsai-s3dc-block=128,index_bits=1-front-raycasting-host-linear: a block of 128 needs 2 bits
+    "#);
+}
+
+#[test]
+fn one_codec_in_two_tables() {
+    let text = edited("id = \"raw\"", "id = \"raw\"\n[[codec]]\nid = \"raw\"\nbits = [8, \"native\"]");
+    let set = ["pipeline.site=host", "pipeline.filter=linear", "codec.s3dc.block=4"];
+    let resolution = resolved(&text, &set, &Capabilities::default());
+    let settings: Vec<String> = resolution.cells.iter().map(|c| c.settings.to_string()).collect();
+    assert_eq!(settings, ["bits=native", "bits=8", "block=4 index_bits=2", "block=4 index_bits=4"]);
+    assert_eq!(resolution.refused[0].reason, Reason::Repeated);
+}
+
+#[test]
+fn a_renderer_that_this_build_lacks() {
+    let registry = registry();
+    let experiment = read(EXAMPLE, &[]).unwrap();
+    let known = Known { renderers: &["slicing"], ..known(&registry) };
+    let resolution = resolve(&experiment, &known, &Capabilities::default());
+    assert_eq!(resolution.cells, []);
+    assert_eq!(resolution.refused[0].reason.to_string(), "this build has no renderer raycasting");
+}
+
+#[test]
+fn scenes_for_their_volumes() {
+    let text = edited(
+        "[[codec]]\nid = \"raw\"",
+        "[[volume]]\nname = \"b\"\ngenerate = \"shepp-logan\"\n[[codec]]\nid = \"raw\"",
+    );
+    let own = "[[scene]]\nname = \"own\"\nvolumes = [\"b\"]\ntransfer_function = [[0, \"#000000\"], [1, \"#ffffff\"]]\n";
+    let resolution = resolved(&format!("{text}{own}"), &[], &Capabilities::default());
+    let mut pairs: Vec<(&str, &str)> =
+        resolution.cells.iter().map(|c| (c.volume.as_str(), c.scene.as_str())).collect();
+    pairs.dedup();
+    assert_eq!(pairs, [("bonsai", "front"), ("b", "own")]);
+}
+
+#[test]
+fn ids_are_safe_and_distinct() {
+    let template = resolved(EXAMPLE, &[], &Capabilities::default()).cells.remove(0);
+    let id = |volume: &str, scene: &str| {
+        Cell { volume: volume.to_owned(), scene: scene.to_owned(), ..template.clone() }.id()
+    };
+    let long = "x".repeat(300);
+    let names =
+        ["a", "a-b", "a b", "a_b", "..", "-a", "é", "ü", "a/../b", "b", long.as_str(), "a-raw-bits=native-s"];
+    let mut seen = std::collections::HashSet::new();
+    for volume in names {
+        for scene in names {
+            let id = id(volume, scene);
+            assert!(id.chars().all(|c| c.is_ascii_alphanumeric() || "._=,-".contains(c)), "{id}");
+            assert!(id.len() <= Cell::MAX_ID_BYTES && !id.starts_with(['.', '-']), "{id}");
+            assert!(seen.insert(id.clone()), "{id} twice");
+        }
+    }
+    assert_eq!(id("a b", "s"), "a_b-raw-bits=native-s-raycasting-inline-nearest-6763f83c");
+}

@@ -1,0 +1,156 @@
+//! One cell: draw, compare, time, record.
+
+use std::path::Path;
+
+use cvr_core::codec::Site;
+use cvr_core::metrics::{ImageError, error_picture};
+use cvr_core::pipeline::Cell;
+use cvr_core::render::{Image, write_png};
+use cvr_core::volume::{BrickSource, FiniteVolume};
+use cvr_engine::timing::{PairBudget, paired};
+
+use super::encoded::Encoded;
+use super::record::{Record, Status};
+use super::stage::{RAW, Stage};
+use super::target::{HostVolume, Target, VoxelSource};
+
+/// Folder of the pictures, below the report's.
+pub const IMAGES: &str = "images";
+
+/// A record with all that is known of a cell before it runs; it says *failed* until it has run.
+#[must_use]
+pub fn empty_record(cell: &Cell, volume: &FiniteVolume, target: &Target) -> Record {
+    let layout = volume.layout();
+    Record {
+        volume: cell.volume.clone(),
+        codec: cell.codec.clone(),
+        settings: cell.settings.to_string(),
+        site: cell.site.name().to_owned(),
+        filter: cell.filter.name().to_owned(),
+        renderer: cell.renderer.clone(),
+        scene: cell.scene.clone(),
+        device: target.name(),
+        driver: target.driver(),
+        status: Status::Failed,
+        error: None,
+        voxels: layout.voxels(),
+        frames: layout.frames,
+        bits_per_voxel: None,
+        file_bytes: None,
+        resident_bytes: None,
+        encode_seconds: None,
+        decode_seconds: None,
+        decode_voxels_per_second: None,
+        psnr_db: None,
+        foreground_psnr_db: None,
+        max_abs_error: None,
+        error_bound: None,
+        image_psnr_db: None,
+        image_ssim: None,
+        codec_image_psnr_db: None,
+        codec_image_ssim: None,
+        frame_ms: None,
+        frame_ms_iqr: None,
+        frame_cpu_ms: None,
+        frame_clock: None,
+        relative_frame_time: None,
+        image: None,
+        image_psnr_whole_db: None,
+        image_ssim_whole: None,
+        error_image: None,
+        filtering: None,
+        relative_frame_time_iqr: None,
+        frame_pairs: None,
+        parity_mismatches: None,
+        replaced_samples: volume.replaced().total(),
+        notes: None,
+    }
+}
+
+/// Enters what the codec did to the volume.
+pub fn record_encoding(record: &mut Record, encoded: &Encoded, parity: Option<u64>) {
+    let voxels = record.voxels as f64;
+    record.bits_per_voxel = Some(encoded.file_bytes as f64 * 8.0 / voxels);
+    record.file_bytes = Some(encoded.file_bytes);
+    record.encode_seconds = Some(encoded.encode_seconds);
+    record.decode_seconds = Some(encoded.decode_seconds);
+    record.decode_voxels_per_second = Some(voxels / encoded.decode_seconds.max(1e-9));
+    record.psnr_db = Some(encoded.error.psnr_db);
+    record.foreground_psnr_db = encoded.error.foreground_psnr_db;
+    record.max_abs_error = Some(encoded.error.max_abs_error);
+    record.error_bound = encoded.error_bound;
+    record.parity_mismatches = parity;
+    record.notes = (!encoded.notes.is_empty()).then(|| encoded.notes.join("; "));
+}
+
+/// Draws, compares and times one cell.
+///
+/// # Errors
+/// A sentence that says what failed; what was measured before it stands in the record.
+pub fn run(
+    record: &mut Record,
+    cell: &Cell,
+    encoded: &Encoded,
+    host: Option<HostVolume>,
+    stage: &mut Stage<'_>,
+    folder: &Path,
+) -> Result<(), String> {
+    let voxels = VoxelSource { codec: &cell.codec, decoder: encoded.decoder.as_ref(), host };
+    debug_assert_eq!(voxels.site(), cell.site);
+    let background = stage.background();
+    let picture = stage.picture(cell.filter, &voxels)?;
+    record.resident_bytes = picture.resident_bytes();
+    record.filtering = Some(picture.filtering().to_owned());
+    let image = picture.image().map_err(|e| e.to_string())?;
+
+    let error = ImageError::compare(&stage.reference, &image, background).map_err(|e| e.to_string())?;
+    record.image_psnr_db = Some(error.psnr_db);
+    record.image_ssim = Some(error.ssim);
+    record.image_psnr_whole_db = Some(error.psnr_whole_db);
+    record.image_ssim_whole = Some(error.ssim_whole);
+    let raw = stage.raw_image(cell.site, cell.filter)?;
+    let error = ImageError::compare(raw, &image, background).map_err(|e| e.to_string())?;
+    record.codec_image_psnr_db = Some(error.psnr_db);
+    record.codec_image_ssim = Some(error.ssim);
+    record.image = Some(write_picture(folder, &cell.id(), &image, background)?);
+    let name = format!("{IMAGES}/{}.error.png", cell.id());
+    let colours =
+        error_picture(&stage.reference, &image, background).map_err(|e| e.to_string())?;
+    write_png(&folder.join(&name), image.size(), &colours).map_err(|e| e.to_string())?;
+    record.error_image = Some(name);
+
+    let timing = paired(|| stage.baseline.draw(), || picture.draw(), PairBudget::default())
+        .map_err(|e| e.to_string())?;
+    record.frame_ms = Some(timing.frame_ms);
+    record.frame_ms_iqr = Some(timing.frame_ms_iqr);
+    record.frame_cpu_ms = timing.frame_cpu_ms;
+    record.frame_clock = Some(timing.clock.name().to_owned());
+    record.relative_frame_time = Some(timing.relative);
+    record.relative_frame_time_iqr = Some(timing.relative_iqr);
+    record.frame_pairs = Some(timing.pairs as u32);
+    Ok(())
+}
+
+/// Writes a picture below the report's folder; returns its path relative to it.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_picture(
+    folder: &Path,
+    id: &str,
+    image: &Image,
+    background: [f32; 3],
+) -> Result<String, String> {
+    let name = format!("{IMAGES}/{id}.png");
+    image.write_png(&folder.join(&name), background).map_err(|e| e.to_string())?;
+    Ok(name)
+}
+
+/// Whether a cell is the baseline of all timing: raw as it is, in a texture, filtered by the texture unit.
+#[must_use]
+pub fn is_baseline(record: &Record) -> bool {
+    record.codec == RAW
+        && record.settings == "bits=native"
+        && record.site == Site::Host.name()
+        && record.filter == "linear"
+}

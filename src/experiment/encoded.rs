@@ -1,0 +1,151 @@
+//! A volume through a codec: encoded, decoded again, and measured. What cells of one codec and setting share.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use cvr_core::codec::{
+    Agreement, Codec, Decoder, Progress, Settings, VoxelDump, decode_frame, encode_file,
+};
+use cvr_core::container::EncodedVolume;
+use cvr_core::metrics::{VolumeComparison, VolumeError};
+use cvr_core::render::DecodedFrame;
+use cvr_core::volume::{
+    BrickKey, BrickSource, FiniteVolume, FrameIndex, NoReferences, Region, VolumeLayout,
+};
+
+use super::target::Target;
+
+/// A volume as one codec with one set of settings gives it back.
+#[derive(Debug)]
+pub struct Encoded {
+    /// The opened stream.
+    pub decoder: Box<dyn Decoder>,
+    /// The first frame, decoded.
+    pub frame: Arc<DecodedFrame>,
+    /// Bytes of the file.
+    pub file_bytes: u64,
+    /// Wall seconds to encode, file written and synced.
+    pub encode_seconds: f64,
+    /// Wall seconds to decode all frames on the CPU.
+    pub decode_seconds: f64,
+    /// Error over all frames.
+    pub error: VolumeError,
+    /// The encoder's promise.
+    pub error_bound: Option<f64>,
+    /// Remarks of the encoder.
+    pub notes: Vec<String>,
+}
+
+/// Encodes into a file in `scratch`, reads it back and decodes every frame.
+///
+/// # Errors
+/// A sentence, when encoding, reading back or decoding fails.
+pub fn encode(
+    codec: &dyn Codec,
+    settings: &Settings,
+    volume: &FiniteVolume,
+    scratch: &Path,
+    run: &Progress<'_>,
+) -> Result<Encoded, String> {
+    let folder = tempfile::tempdir_in(scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
+    let path = folder.path().join("volume.cvr");
+    let start = Instant::now();
+    encode_file(codec, settings, volume, volume.replaced(), &path, run).map_err(|e| e.to_string())?;
+    let encode_seconds = start.elapsed().as_secs_f64();
+    let stream = Arc::new(EncodedVolume::open(&path).map_err(|e| e.to_string())?);
+    let decoder = codec.decoder(stream.clone()).map_err(|e| e.to_string())?;
+
+    let mut comparison = VolumeComparison::new(volume);
+    let mut first = None;
+    let mut decode_seconds = 0.0;
+    for frame in (0..decoder.layout().frames).map(FrameIndex) {
+        let start = Instant::now();
+        let values = decode_frame(decoder.as_ref(), frame, &NoReferences).map_err(|e| e.to_string())?;
+        decode_seconds += start.elapsed().as_secs_f64();
+        comparison.add_frame(&values);
+        if frame == FrameIndex::FIRST {
+            first = DecodedFrame::new(decoder.layout().clone(), values);
+        }
+    }
+    let report = &stream.spec().report;
+    Ok(Encoded {
+        frame: Arc::new(first.ok_or("the stream holds no whole frame")?),
+        file_bytes: stream.file_bytes(),
+        encode_seconds,
+        decode_seconds,
+        error: comparison.finish(),
+        error_bound: report.error_bound,
+        notes: report.notes.clone(),
+        decoder,
+    })
+}
+
+impl Encoded {
+    /// The original against which `layout` is decoded must keep the encoder's promise.
+    ///
+    /// # Errors
+    /// A sentence with the figures, when the bound or the promised value range is broken.
+    pub fn check_promises(&self) -> Result<(), String> {
+        if let Some(bound) = self.error_bound
+            && self.error.max_abs_error > bound
+        {
+            return Err(format!(
+                "broke its error bound: a voxel is off by {}, promised {bound}",
+                self.error.max_abs_error
+            ));
+        }
+        let layout: &VolumeLayout = self.decoder.layout();
+        let key = BrickKey::full(FrameIndex::FIRST, Region::whole(layout.extent));
+        if let Some(range) = self.decoder.value_range(key)
+            && let Some(value) = self.frame.values().iter().find(|v| !range.contains(**v))
+        {
+            return Err(format!(
+                "broke its value range: a voxel decodes to {value}, promised {} to {}",
+                range.min, range.max
+            ));
+        }
+        Ok(())
+    }
+
+    /// Voxels of the first frame on which `target`'s real generated shader and the CPU decoder disagree beyond
+    /// the codec's statement; `None` where there is no device or no shader.
+    ///
+    /// # Errors
+    /// When the device cannot run the shader.
+    pub fn parity(&self, codec: &str, target: &Target) -> Result<Option<u64>, String> {
+        let (Target::Device(device), Some(shader)) = (target, self.decoder.shader()) else {
+            return Ok(None);
+        };
+        let agreement = shader.agreement();
+        let decoder = self.decoder.as_ref();
+        let on_device = device.dump(codec, decoder, FrameIndex::FIRST, false)?;
+        Ok(Some(disagreements(decoder, agreement, self.frame.values(), &on_device)))
+    }
+}
+
+/// Samples of the first frame on which a shader disagrees with the CPU decoder beyond its statement.
+#[must_use]
+pub fn disagreements(decoder: &dyn Decoder, agreement: Agreement, cpu: &[f32], shader: &[f32]) -> u64 {
+    let layout = decoder.layout();
+    let [x, y, _] = layout.extent.to_array().map(|e| e as usize);
+    let channels = layout.channels as usize;
+    let differs = |(i, (cpu, shader)): (usize, (&f32, &f32))| {
+        // Most samples are equal to the bit; only the others need the range of their block.
+        if cpu == shader {
+            return false;
+        }
+        let voxel = i / channels;
+        let at = [voxel % x, voxel / x % y, voxel / (x * y)].map(|c| c as u32);
+        let range = decoder.value_range(BrickKey::full(FrameIndex::FIRST, Region::voxel(at)));
+        !agreement.allows(*cpu, *shader, range)
+    };
+    let missing = cpu.len().abs_diff(shader.len()) as u64;
+    missing + cpu.iter().zip(shader).enumerate().filter(|s| differs(*s)).count() as u64
+}
+
+/// Voxels of all frames.
+#[must_use]
+pub fn voxels(volume: &FiniteVolume) -> u64 {
+    volume.layout().voxels()
+}

@@ -1,0 +1,120 @@
+//! What cells of one volume, scene and renderer share: the reference picture, the baseline of all timing, and
+//! raw's pictures under each site and filter.
+
+use std::collections::BTreeMap;
+
+use cvr_core::codec::Site;
+use cvr_core::pipeline::Scene;
+use cvr_core::render::{Filter, Image, Renderer, View};
+use cvr_core::volume::{FiniteVolume, ValueRange};
+
+use super::encoded::Encoded;
+use super::target::{DrawError, HostVolume, Picture, Target, VoxelSource};
+
+/// Id of the codec that holds the uncompressed volume.
+pub const RAW: &str = "raw";
+
+/// The uncompressed volume on the target.
+#[derive(Debug)]
+pub struct RawVolume {
+    encoded: Encoded,
+    host: HostVolume,
+}
+
+impl RawVolume {
+    /// Uploads what the codec `raw` gave back.
+    ///
+    /// # Errors
+    /// When the target cannot hold it.
+    pub fn new(target: &Target, encoded: Encoded) -> Result<Self, DrawError> {
+        let host = target.upload(encoded.decoder.as_ref(), encoded.frame.clone())?;
+        Ok(Self { encoded, host })
+    }
+
+    /// Its voxels at a site.
+    #[must_use]
+    pub fn at(&self, site: Site) -> VoxelSource<'_> {
+        VoxelSource {
+            codec: RAW,
+            decoder: self.encoded.decoder.as_ref(),
+            host: (site == Site::Host).then(|| self.host.clone()),
+        }
+    }
+}
+
+/// One volume in one scene under one renderer.
+pub struct Stage<'a> {
+    target: &'a Target,
+    renderer: &'a dyn Renderer,
+    scene: &'a Scene,
+    range: ValueRange,
+    raw: &'a RawVolume,
+    /// Uncompressed, manual trilinear filter, same step: what every picture is compared with.
+    pub reference: Image,
+    /// Raw texture with hardware linear filtering: what every frame time is divided by.
+    pub baseline: Picture<'a>,
+    raw_images: BTreeMap<(Site, Filter), Image>,
+}
+
+impl<'a> Stage<'a> {
+    /// Draws the reference and prepares the baseline.
+    ///
+    /// # Errors
+    /// When the target refuses.
+    pub fn new(
+        target: &'a Target,
+        renderer: &'a dyn Renderer,
+        scene: &'a Scene,
+        volume: &FiniteVolume,
+        raw: &'a RawVolume,
+    ) -> Result<Self, String> {
+        let range = volume.range();
+        let linear = scene.view(range, Filter::Linear).map_err(|e| e.to_string())?;
+        let picture = |site| target.picture(renderer, &linear, &raw.at(site)).map_err(|e| e.to_string());
+        let reference = picture(Site::Inline)?.image().map_err(|e| e.to_string())?;
+        let baseline = picture(Site::Host)?;
+        let raw_images = BTreeMap::from([((Site::Inline, Filter::Linear), reference.clone())]);
+        Ok(Self { target, renderer, scene, range, raw, reference, baseline, raw_images })
+    }
+
+    /// The view under a filter.
+    ///
+    /// # Errors
+    /// When the scene's transfer function has no meaning over the volume's range.
+    pub fn view(&self, filter: Filter) -> Result<View, String> {
+        self.scene.view(self.range, filter).map_err(|e| e.to_string())
+    }
+
+    /// Prepares a picture of the stage.
+    ///
+    /// # Errors
+    /// When the target refuses.
+    pub fn picture<'b>(&self, filter: Filter, voxels: &VoxelSource<'b>) -> Result<Picture<'b>, String>
+    where
+        'a: 'b,
+    {
+        let view = self.view(filter)?;
+        self.target.picture(self.renderer, &view, voxels).map_err(|e| e.to_string())
+    }
+
+    /// Raw's picture under a site and filter, drawn once. Optimised linear is linear in another way, which raw
+    /// does not offer.
+    ///
+    /// # Errors
+    /// When the target refuses.
+    pub fn raw_image(&mut self, site: Site, filter: Filter) -> Result<&Image, String> {
+        let filter = if filter == Filter::OptimisedLinear { Filter::Linear } else { filter };
+        if !self.raw_images.contains_key(&(site, filter)) {
+            let picture = self.picture(filter, &self.raw.at(site))?;
+            let image = picture.image().map_err(|e| e.to_string())?;
+            self.raw_images.insert((site, filter), image);
+        }
+        self.raw_images.get(&(site, filter)).ok_or_else(|| "raw's picture is missing".to_owned())
+    }
+
+    /// Colour behind the volume.
+    #[must_use]
+    pub const fn background(&self) -> [f32; 3] {
+        self.scene.background
+    }
+}

@@ -1,0 +1,253 @@
+//! What draws: a graphics device, or the CPU mirror. Both yield pictures and frame times.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use cvr_core::codec::{Decoder, Site};
+use cvr_core::render::{
+    DecodedFrame, DecoderVoxels, Filter, Image, RenderError, Renderer, View,
+};
+use cvr_core::shader::TextureSampling;
+use cvr_core::volume::{FrameIndex, Level};
+use cvr_engine::timing::FrameTime;
+use cvr_engine::{Device, DeviceChoice, DrawSource, Drawing, EngineError, VolumeTexture, process_cpu_time};
+
+/// Why nothing was drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum DrawError {
+    /// The device refused.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    /// The renderer or its mirror refused.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+}
+
+/// A graphics device, or the CPU mirror.
+#[derive(Clone, Debug)]
+pub enum Target {
+    /// The mirror, on all cores.
+    Cpu {
+        /// Why no device draws, if one was wanted.
+        reason: Option<String>,
+    },
+    /// A device.
+    Device(Device),
+}
+
+impl Target {
+    /// Opens what `--device` names: `cpu`, `auto`, or a part of an adapter's name. `auto` falls back to the
+    /// mirror where no adapter exists.
+    ///
+    /// # Errors
+    /// When a named adapter does not exist, or an existing one does not open.
+    pub fn open(name: &str) -> Result<Self, EngineError> {
+        if name.eq_ignore_ascii_case("cpu") {
+            return Ok(Self::Cpu { reason: None });
+        }
+        let choice = name.parse().unwrap_or(DeviceChoice::Auto);
+        match Device::open(&choice) {
+            Ok(device) => Ok(Self::Device(device)),
+            Err(error @ EngineError::NoAdapter { .. }) if choice == DeviceChoice::Auto => {
+                Ok(Self::Cpu { reason: Some(error.to_string()) })
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Name in records: the adapter's, or `cpu`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self {
+            Self::Cpu { .. } => "cpu".to_owned(),
+            Self::Device(device) => device.info().name.clone(),
+        }
+    }
+
+    /// Driver and its version, in words.
+    #[must_use]
+    pub fn driver(&self) -> String {
+        match self {
+            Self::Cpu { .. } => "CPU mirror".to_owned(),
+            Self::Device(device) => {
+                let info = device.info();
+                format!("{} {}", info.driver, info.driver_info).trim().to_owned()
+            }
+        }
+    }
+
+    /// Graphics interface, in words.
+    #[must_use]
+    pub fn backend(&self) -> String {
+        match self {
+            Self::Cpu { .. } => "none".to_owned(),
+            Self::Device(device) => device.info().backend.to_string(),
+        }
+    }
+
+    /// Makes a decoded frame drawable at the site *host*.
+    ///
+    /// # Errors
+    /// When the device cannot hold it.
+    pub fn upload(
+        &self,
+        decoder: &dyn Decoder,
+        frame: Arc<DecodedFrame>,
+    ) -> Result<HostVolume, DrawError> {
+        let texture = match self {
+            Self::Cpu { .. } => None,
+            Self::Device(device) => {
+                let form = decoder.decoded_form();
+                Some(Arc::new(VolumeTexture::upload(device, decoder.layout(), frame.values(), form)?))
+            }
+        };
+        Ok(HostVolume { frame, texture })
+    }
+
+    /// Prepares a picture.
+    ///
+    /// # Errors
+    /// When renderer or device refuse.
+    pub fn picture<'a>(
+        &self,
+        renderer: &'a dyn Renderer,
+        view: &View,
+        voxels: &VoxelSource<'a>,
+    ) -> Result<Picture<'a>, DrawError> {
+        let layout = voxels.decoder.layout();
+        let plan = renderer.plan(view, layout)?;
+        let kind = match (self, &voxels.host) {
+            (Self::Cpu { .. }, host) => Kind::Mirror {
+                renderer,
+                view: view.clone(),
+                decoder: voxels.decoder,
+                frame: host.as_ref().map(|h| h.frame.clone()),
+            },
+            (Self::Device(device), None) => {
+                let source = DrawSource::Inline {
+                    codec: voxels.codec,
+                    decoder: voxels.decoder,
+                    frame: FrameIndex::FIRST,
+                    level: Level::FULL,
+                };
+                Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
+            }
+            (Self::Device(device), Some(HostVolume { texture: Some(texture), .. })) => {
+                let source = DrawSource::Texture(texture.clone());
+                Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
+            }
+            (Self::Device(_), Some(_)) => {
+                let text = "the decoded frame was not uploaded to this device".to_owned();
+                return Err(EngineError::Unsupported(text).into());
+            }
+        };
+        let hardware = voxels.host.as_ref().and_then(|h| h.texture.as_ref()).is_some_and(|texture| {
+            texture.choice().sampling == TextureSampling::Hardware && view.filter == Filter::Linear
+        });
+        Ok(Picture { kind, hardware })
+    }
+}
+
+/// A decoded frame, and its texture where a device draws.
+#[derive(Clone, Debug)]
+pub struct HostVolume {
+    frame: Arc<DecodedFrame>,
+    texture: Option<Arc<VolumeTexture>>,
+}
+
+/// Where a picture's voxels come from.
+#[derive(Clone, Debug)]
+pub struct VoxelSource<'a> {
+    /// Codec id.
+    pub codec: &'a str,
+    /// The opened stream.
+    pub decoder: &'a dyn Decoder,
+    /// The decoded frame at the site *host*; `None` = decode at every fetch.
+    pub host: Option<HostVolume>,
+}
+
+impl VoxelSource<'_> {
+    /// Where voxels are decoded.
+    #[must_use]
+    pub const fn site(&self) -> Site {
+        if self.host.is_some() { Site::Host } else { Site::Inline }
+    }
+}
+
+/// A picture that can be drawn any number of times.
+#[derive(Debug)]
+pub struct Picture<'a> {
+    kind: Kind<'a>,
+    hardware: bool,
+}
+
+#[derive(Debug)]
+enum Kind<'a> {
+    Device(Box<Drawing>),
+    Mirror {
+        renderer: &'a dyn Renderer,
+        view: View,
+        decoder: &'a dyn Decoder,
+        frame: Option<Arc<DecodedFrame>>,
+    },
+}
+
+impl Picture<'_> {
+    /// Draws one frame and waits for it.
+    ///
+    /// # Errors
+    /// When device or mirror fail.
+    pub fn draw(&self) -> Result<FrameTime, DrawError> {
+        match &self.kind {
+            Kind::Device(drawing) => Ok(drawing.draw_timed()?),
+            Kind::Mirror { .. } => {
+                let (start, cpu) = (Instant::now(), process_cpu_time());
+                self.mirror()?;
+                let wall_ms = start.elapsed().as_secs_f64() * 1000.0;
+                let spent = process_cpu_time().zip(cpu).and_then(|(now, then)| now.checked_sub(then));
+                Ok(FrameTime { wall_ms, gpu_ms: None, cpu_ms: spent.map(|t| t.as_secs_f64() * 1000.0) })
+            }
+        }
+    }
+
+    /// Draws once and reads the picture.
+    ///
+    /// # Errors
+    /// When device or mirror fail.
+    pub fn image(&self) -> Result<Image, DrawError> {
+        match &self.kind {
+            Kind::Device(drawing) => {
+                drawing.draw_timed()?;
+                Ok(drawing.read_image()?)
+            }
+            Kind::Mirror { .. } => self.mirror(),
+        }
+    }
+
+    /// Bytes in device memory for the volume; the mirror has none.
+    #[must_use]
+    pub fn resident_bytes(&self) -> Option<u64> {
+        match &self.kind {
+            Kind::Device(drawing) => Some(drawing.resident_bytes()),
+            Kind::Mirror { .. } => None,
+        }
+    }
+
+    /// Who interpolates: `hardware` or `manual`.
+    #[must_use]
+    pub const fn filtering(&self) -> &'static str {
+        if self.hardware { "hardware" } else { "manual" }
+    }
+
+    fn mirror(&self) -> Result<Image, DrawError> {
+        let Kind::Mirror { renderer, view, decoder, frame } = &self.kind else {
+            return Err(EngineError::Unsupported("a device's picture has no mirror".to_owned()).into());
+        };
+        let mut image = Image::new(view.size);
+        match frame {
+            Some(frame) => renderer.reference(view, &**frame, &mut image)?,
+            None => renderer.reference(view, &DecoderVoxels::new(*decoder, FrameIndex::FIRST), &mut image)?,
+        }
+        Ok(image)
+    }
+}
