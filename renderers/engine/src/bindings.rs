@@ -45,7 +45,7 @@ impl Bound {
             let label = Some(shader.entry.as_str());
             Ok(device.wgpu().create_shader_module(wgpu::ShaderModuleDescriptor { label, source }))
         })?;
-        let resident = device.guarded("uploading what a shader reads", || {
+        let resident: Vec<_> = device.guarded("uploading what a shader reads", || {
             shader.bindings.iter().map(|binding| resident(device, binding, supplies, parts)).collect()
         })?;
         device.guarded("building a pipeline", || Ok(Self::assemble(device, shader, &module, &resident)))
@@ -55,7 +55,7 @@ impl Bound {
         device: &Device,
         shader: &GeneratedShader,
         module: &wgpu::ShaderModule,
-        resident: &Vec<Resident>,
+        resident: &[Resident],
     ) -> Self {
         let bound = || shader.bindings.iter().zip(resident);
         let last = shader.bindings.iter().map(|binding| binding.group).max();

@@ -187,14 +187,17 @@ impl Device {
     /// # Errors
     /// [`EngineError::NoAdapter`] when none fits, [`EngineError::Gpu`] when the driver refuses to open it.
     pub fn open(choice: &DeviceChoice) -> Result<Self, EngineError> {
+        // Places are those of the whole list; else GL is asked only when nothing better fits.
         let mut candidates = match choice {
-            DeviceChoice::Auto => adapters(NATIVE),
-            DeviceChoice::Named(_) | DeviceChoice::Index(_) => all_adapters(),
+            DeviceChoice::Index(_) => all_adapters(),
+            DeviceChoice::Auto | DeviceChoice::Named(_) => adapters(NATIVE),
         };
-        if candidates.is_empty() {
+        let describe = |adapters: &[wgpu::Adapter]| adapters.iter().map(DeviceInfo::of).collect::<Vec<_>>();
+        let mut infos = describe(&candidates);
+        if choose(choice, &infos).is_none() {
             candidates = all_adapters();
+            infos = describe(&candidates);
         }
-        let infos: Vec<_> = candidates.iter().map(DeviceInfo::of).collect();
         let Some(taken) = choose(choice, &infos) else {
             return Err(EngineError::NoAdapter {
                 wanted: (*choice != DeviceChoice::Auto).then(|| choice.to_string()),
@@ -305,6 +308,7 @@ mod tests {
     #[test]
     fn limits_are_those_of_the_adapter_not_the_defaults() {
         let Some(device) = test_device("device::limits") else { return };
+        println!("{}: {:?}", device.info(), device.capabilities());
         let limits = device.binding_limits();
         assert!(limits.storage_words >= (128 << 20) / 4 && limits.storage_buffers >= 8, "{limits:?}");
     }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use cvr_core::render::{Filter, Image, Pass, Plan};
-use cvr_core::shader::{Request, generate};
+use cvr_core::shader::{BindingKind, Request, TextureSampling, generate};
 
 use crate::bindings::{Bound, Parts, Supplies};
 use crate::cpu_time::process_cpu_time;
@@ -23,6 +23,7 @@ pub struct Drawing {
     passes: Vec<(Bound, [u32; 3])>,
     timestamps: Option<FrameTimestamps>,
     resident_bytes: u64,
+    filtering: TextureSampling,
     wgsl: String,
 }
 
@@ -31,9 +32,9 @@ impl Drawing {
     /// the codec's buffers; a texture is shared.
     ///
     /// # Errors
-    /// [`EngineError::Shader`] when generator or device refuse a shader, [`EngineError::TooLarge`] when picture
+    /// [`EngineError::Shader`] when the generator refuses the shader, [`EngineError::TooLarge`] when picture
     /// or buffers exceed the device, [`EngineError::Unsupported`] when the plan is empty or the decoder has no
-    /// shader, and what the driver refuses.
+    /// shader, [`EngineError::Decode`] when the stream lacks what the shader reads, and what the driver refuses.
     pub fn new(
         device: &Device,
         plan: &Plan,
@@ -45,6 +46,7 @@ impl Drawing {
         let mut parts = Parts::new();
         let mut passes = Vec::new();
         let mut texts = Vec::new();
+        let mut filtering = TextureSampling::Manual;
         for pass in &plan.passes {
             let Pass::Compute(pass) = pass else {
                 return Err(EngineError::Unsupported("this engine runs compute passes only".to_owned()));
@@ -59,6 +61,9 @@ impl Drawing {
                 filter: Some(filter),
                 limits: device.binding_limits(),
             })?;
+            if shader.bindings.iter().any(|binding| binding.kind == BindingKind::VolumeSampler) {
+                filtering = TextureSampling::Hardware;
+            }
             let supplies = Supplies {
                 view: &pass.view,
                 table: &plan.transfer_table,
@@ -80,6 +85,7 @@ impl Drawing {
             passes,
             timestamps: device.guarded("preparing timestamps", || FrameTimestamps::new(device))?,
             resident_bytes: words + voxels.texture.map_or(0, crate::VolumeTexture::bytes),
+            filtering,
             wgsl: texts.join("\n// ---- next pass ----\n"),
         })
     }
@@ -133,6 +139,12 @@ impl Drawing {
     #[must_use]
     pub const fn resident_bytes(&self) -> u64 {
         self.resident_bytes
+    }
+
+    /// Who interpolates: the texture unit only if a shader really samples through it.
+    #[must_use]
+    pub const fn filtering(&self) -> TextureSampling {
+        self.filtering
     }
 
     /// The generated shaders, in the order of their passes.

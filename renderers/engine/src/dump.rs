@@ -1,6 +1,6 @@
 //! Every voxel of a frame, through a shader: what parity tests compare.
 
-use cvr_core::codec::Decoder;
+use cvr_core::codec::{Decoder, VoxelDump};
 use cvr_core::render::Template;
 use cvr_core::shader::{BindingKind, GeneratedShader, Request, generate};
 use cvr_core::volume::{Extent, FrameIndex, Level};
@@ -11,13 +11,8 @@ use crate::{Device, DrawSource, EngineError};
 /// Invocations of one workgroup of a dump template, along x.
 const WORKGROUP: u64 = 64;
 
-impl Device {
-    /// All decoded samples of `frame` (x fastest, channels interleaved, data units), by the codec's snippet in
-    /// the real generated shader. With `use_cell` each voxel comes out of `<id>_fetch_cell`.
-    ///
-    /// # Errors
-    /// A sentence that says why there is no result: no shader, a refused shader, too large, a lost device.
-    pub fn dump_voxels(
+impl VoxelDump for Device {
+    fn dump(
         &self,
         codec: &str,
         decoder: &dyn Decoder,
@@ -28,7 +23,9 @@ impl Device {
         let template = if use_cell { cvr_shaders::DUMP_CELL } else { cvr_shaders::DUMP };
         self.dump_source(&source, template).map_err(|e| e.to_string())
     }
+}
 
+impl Device {
     /// All samples of a frame (x fastest, channels interleaved, data units), fetched by `template`: a compute
     /// shader `dump` of 64 invocations along x, whose dispatch overflows into y, and which checks bounds.
     ///

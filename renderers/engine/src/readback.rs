@@ -1,10 +1,14 @@
 //! Buffers back into memory.
 
 use std::sync::mpsc;
+use std::time::Duration;
 
 use bytemuck::Pod;
 
 use crate::{Device, EngineError};
+
+/// How long an answer may take that is already decided.
+const ANSWER: Duration = Duration::from_secs(10);
 
 impl Device {
     /// The first `bytes` of a buffer (a multiple of 4, not 0) as a vector, once everything submitted is done.
@@ -31,7 +35,9 @@ impl Device {
             let _ = done.send(result);
         });
         self.wait()?;
-        match mapped.try_recv() {
+        // Another thread that polls beside this one may have taken the callback along, and may be about to run
+        // it: the answer can come a moment after the wait is over.
+        match mapped.recv_timeout(ANSWER) {
             Ok(Ok(())) => {}
             Ok(Err(error)) => return Err(EngineError::Gpu(format!("mapping a buffer: {error}"))),
             Err(_) => return Err(EngineError::Gpu("mapping a buffer: the driver gave no answer".to_owned())),

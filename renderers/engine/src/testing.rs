@@ -47,3 +47,48 @@ pub fn test_device(test_name: &str) -> Option<&'static Device> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use std::process::{Command, Output};
+
+    use super::*;
+
+    /// A test of this crate that does nothing but ask for the device.
+    const PROBE: &str = "testing::tests::probe";
+
+    #[test]
+    fn probe() {
+        let _ = test_device("testing::probe");
+    }
+
+    /// Runs the probe in a process of its own, since the switch is read from the environment.
+    fn run_probe(switch: &str, log: &std::path::Path) -> Output {
+        Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", PROBE, "--nocapture"])
+            .env("CVR_DEVICE", switch)
+            .env("CVR_SKIPPED_LOG", log)
+            .output()
+            .unwrap()
+    }
+
+    #[test]
+    fn a_skipped_test_prints_and_logs_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("skipped");
+        for _ in 0..2 {
+            let output = run_probe("none", &log);
+            assert!(output.status.success());
+            let text = String::from_utf8_lossy(&output.stdout).into_owned();
+            assert!(text.contains("skipped testing::probe: CVR_DEVICE=none"), "{text}");
+        }
+        assert_eq!(std::fs::read_to_string(&log).unwrap(), "testing::probe\n".repeat(2));
+    }
+
+    #[test]
+    fn an_unknown_switch_or_an_unwritable_log_fails() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(!run_probe("yes", &folder.path().join("skipped")).status.success());
+        assert!(!run_probe("none", &folder.path().join("missing/skipped")).status.success());
+    }
+}

@@ -2,19 +2,18 @@ use std::sync::Arc;
 
 use cvr_core::codec::Decoder;
 use cvr_core::render::{ComputePass, Template};
-use cvr_core::shader::BindingKind;
 use cvr_core::volume::{FrameIndex, Level};
 
 use super::*;
 use crate::VolumeTexture;
 use crate::testing::test_device;
-use crate::toy::{SNIPPET, Toy};
+use crate::toy::Toy;
 
 /// Paints slice `view.z` of the volume, one pixel per voxel, tinted by the first entry of the table.
 const PAINT: Template = Template {
     file: "shaders/paint.wgsl",
     source: "\
-struct View { size: vec2<u32>, z: f32 }
+struct View { size: vec2<u32>, z: f32, unused: vec4<f32> }
 @compute @workgroup_size(8, 8)
 fn paint(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= view.size.x || id.y >= view.size.y { return; }
@@ -29,6 +28,7 @@ const TINT: [f32; 4] = [0.25, 0.5, 0.75, 1.0];
 fn plan(size: [u32; 2], z: f32) -> Plan {
     let mut view: Vec<u8> = size.iter().flat_map(|v| v.to_le_bytes()).collect();
     view.extend(z.to_le_bytes());
+    view.resize(32, 0);
     let pass = ComputePass {
         templates: vec![PAINT],
         entry: "paint",
@@ -63,6 +63,7 @@ fn all_sources_and_filters_paint_the_same_slice() {
     let Some(device) = test_device("drawing::sources_and_filters") else { return };
     let toy = Toy::new([13, 17, 5], 1);
     let texture = texture(device, &toy);
+    let choice = texture.choice();
     let manual = DrawSource::Texture(Arc::new(texture.with_manual_sampling()));
     let texture = DrawSource::Texture(Arc::new(texture));
     // Between slices 1 and 2 (z = 2) every interpolation is half of each; the texture unit has 8-bit weights.
@@ -76,6 +77,9 @@ fn all_sources_and_filters_paint_the_same_slice() {
     ] {
         let drawing = Drawing::new(device, &plan([13, 17], z), &source, filter).unwrap();
         assert_eq!(drawing.read_image().unwrap(), Image::new([13, 17]), "nothing is drawn yet");
+        let by_texture_unit = matches!(&source, DrawSource::Texture(t) if t.choice() == choice);
+        let hardware = by_texture_unit && filter == Filter::Linear;
+        assert_eq!(drawing.filtering() == TextureSampling::Hardware, hardware);
         drawing.draw_timed().unwrap();
         expect(&toy, slices, &drawing.read_image().unwrap(), tolerance);
     }
@@ -134,12 +138,40 @@ fn refusals_say_why() {
     pass.workgroups[0] = u32::MAX;
     assert!(matches!(refuse(&wide, &inline(&toy)), EngineError::TooLarge { .. }));
 
-    // A uniform that is too short passes the generator; the driver's refusal is a value too.
+    let mut blind = plan([4, 4], 0.5);
+    let Pass::Compute(pass) = &mut blind.passes[0] else { panic!("a compute pass") };
+    pass.view.clear();
+    assert!(matches!(refuse(&blind, &inline(&toy)), EngineError::Unsupported(_)));
+}
+
+#[test]
+fn what_only_the_driver_can_refuse_is_an_error_too() {
+    let Some(device) = test_device("drawing::driver_refusals") else { return };
+    let toy = Toy::new([13, 17, 5], 1);
+    const CROWD: Template = Template {
+        file: "shaders/crowd.wgsl",
+        source: "\
+struct View { size: vec2<u32> }
+@compute @workgroup_size(8192)
+fn paint() { image[0] = vec4<f32>(volume_sample(vec3<f32>(view.size.xyx))) + transfer_table[0]; }
+",
+    };
+    let mut crowd = plan([4, 4], 0.5);
+    let Pass::Compute(pass) = &mut crowd.passes[0] else { panic!("a compute pass") };
+    pass.templates = vec![CROWD];
+    let error = Drawing::new(device, &crowd, &inline(&toy), Filter::Linear).unwrap_err();
+    let EngineError::Gpu(text) = &error else { panic!("{error}") };
+    assert!(text.contains("workgroup"), "{text}");
+
+    // A uniform shorter than its struct shows only when it is drawn.
     let mut short = plan([4, 4], 0.5);
     let Pass::Compute(pass) = &mut short.passes[0] else { panic!("a compute pass") };
-    pass.view.clear();
-    assert!(matches!(refuse(&short, &inline(&toy)), EngineError::Unsupported(_)));
-    assert!(SNIPPET.contains("toy_fetch_cell"));
+    pass.view.truncate(16);
+    let drawing = Drawing::new(device, &short, &inline(&toy), Filter::Linear).unwrap();
+    for _ in 0..2 {
+        let error = drawing.draw_timed().unwrap_err();
+        assert!(matches!(&error, EngineError::Gpu(text) if text.starts_with("drawing: ")), "{error}");
+    }
 }
 
 #[test]

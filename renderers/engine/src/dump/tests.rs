@@ -28,7 +28,7 @@ fn every_voxel_of_odd_volumes_comes_back() {
     {
         let toy = Toy::new(extent, channels);
         for use_cell in [false, true] {
-            let got = device.dump_voxels("toy", &toy, FIRST, use_cell).unwrap();
+            let got = device.dump("toy", &toy, FIRST, use_cell).unwrap();
             assert!(got == toy.values(), "{extent:?} × {channels}, cell: {use_cell}");
         }
     }
@@ -70,13 +70,13 @@ fn a_buffer_over_several_bindings_reads_as_one() {
 fn an_empty_buffer_reads_as_one_zero_word() {
     let Some(device) = test_device("dump::empty_buffer") else { return };
     let toy = Toy { words: Vec::new(), ..Toy::new([1, 1, 1], 1) };
-    assert_eq!(device.dump_voxels("toy", &toy, FIRST, false), Ok(vec![0.0]));
+    assert_eq!(device.dump("toy", &toy, FIRST, false), Ok(vec![0.0]));
 }
 
 #[test]
 fn failures_are_sentences() {
     let Some(device) = test_device("dump::failures") else { return };
-    let dump = |toy: &Toy| device.dump_voxels("toy", toy, FIRST, false).unwrap_err();
+    let dump = |toy: &Toy| device.dump("toy", toy, FIRST, false).unwrap_err();
     let wrong =
         Toy { snippet: "fn toy_fetch(p: vec3<i32>) -> vec4<f32> { return 1; }", ..Toy::new([2; 3], 1) };
     let text = dump(&wrong);
