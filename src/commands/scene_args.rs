@@ -1,7 +1,7 @@
 //! A scene on the command line.
 
 use clap::Args;
-use cvr_core::pipeline::{Scene, TransferDomain};
+use cvr_core::pipeline::{Scene, TransferDomain, parse_colour};
 use cvr_core::render::{Camera, ControlPoint, Filter, Projection};
 
 use crate::cli::BadInput;
@@ -96,6 +96,6 @@ fn control_point(text: &str) -> Result<ControlPoint, String> {
     let help = || format!("control point `{text}`: write VALUE:#rrggbbaa, as 40:#c8a060c0");
     let (value, colour) = text.split_once(':').ok_or_else(help)?;
     let value = value.trim().parse().map_err(|_| help())?;
-    let rgba = cvr_core::pipeline::colour(colour.trim()).ok_or_else(help)?;
-    Ok(ControlPoint { value, rgba })
+    let ([r, g, b], alpha) = parse_colour(colour.trim()).ok_or_else(help)?;
+    Ok(ControlPoint { value, rgba: [r, g, b, alpha.unwrap_or(1.0)] })
 }

@@ -20,11 +20,11 @@ mod raw;
 #[cfg(test)]
 mod tests;
 
+pub use cvr_core::pipeline::{ByteOrder, RawLayout};
 pub use error::{InputError, Place};
 pub use generate::{Generator, generate};
 pub use nrrd_write::write_nrrd;
-pub use payload::ByteOrder;
-pub use raw::{RawSpec, open_raw};
+pub use raw::open_raw;
 
 use std::path::Path;
 

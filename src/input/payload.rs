@@ -6,34 +6,8 @@ use std::path::{Path, PathBuf};
 
 use cvr_core::volume::{DenseVolume, SampleType, Samples, VolumeLayout};
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
-use serde::{Deserialize, Serialize};
 
-use super::{InputError, Place};
-
-/// Order of the bytes of one sample in a file.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ByteOrder {
-    /// Least significant byte first.
-    #[default]
-    Little,
-    /// Most significant byte first.
-    Big,
-}
-
-impl ByteOrder {
-    /// The order of this machine.
-    pub(super) const NATIVE: Self = if cfg!(target_endian = "big") { Self::Big } else { Self::Little };
-
-    /// `little` or `big`: how NRRD and TOML name it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Little => "little",
-            Self::Big => "big",
-        }
-    }
-}
+use super::{ByteOrder, InputError, Place};
 
 /// How the voxels are packed.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]

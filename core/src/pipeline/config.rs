@@ -67,6 +67,14 @@ pub struct RawLayout {
     pub skip_bytes: u64,
 }
 
+impl RawLayout {
+    /// Little-endian samples with unit spacing, from the first byte of the file on.
+    #[must_use]
+    pub const fn new(extent: Extent, sample: SampleType) -> Self {
+        Self { extent, sample, byte_order: ByteOrder::Little, spacing: [1.0; 3], skip_bytes: 0 }
+    }
+}
+
 /// Order of the bytes of one number.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
 pub enum ByteOrder {
@@ -78,6 +86,9 @@ pub enum ByteOrder {
 }
 
 impl ByteOrder {
+    /// The order of this machine.
+    pub const NATIVE: Self = if cfg!(target_endian = "big") { Self::Big } else { Self::Little };
+
     /// Name used in TOML.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -6,6 +6,7 @@
 //! says of each refused combination why.
 
 mod cell;
+mod colour;
 mod config;
 mod document;
 mod file_path;
@@ -19,6 +20,7 @@ mod suggest;
 mod tests;
 
 pub use cell::Cell;
+pub use colour::parse_colour;
 pub use config::{
     ByteOrder, CodecSweep, Experiment, NoScene, PipelineAxes, RawLayout, Sweep, Volume, VolumeSource,
 };

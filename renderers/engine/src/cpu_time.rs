@@ -5,14 +5,16 @@ use std::time::Duration;
 /// CPU time that all threads of this process have used, those that ended included; `None` where the system
 /// does not tell. It runs in nanoseconds: the ticks of `/proc/self/stat` are longer than many a frame.
 #[cfg(any(target_os = "linux", target_os = "macos"))]
-pub(crate) fn process_cpu_time() -> Option<Duration> {
+#[must_use]
+pub fn process_cpu_time() -> Option<Duration> {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     Some(Duration::new(time.tv_sec.try_into().ok()?, time.tv_nsec.try_into().ok()?))
 }
 
 /// Not told here.
 #[cfg(not(any(target_os = "linux", target_os = "macos")))]
-pub(crate) fn process_cpu_time() -> Option<Duration> {
+#[must_use]
+pub fn process_cpu_time() -> Option<Duration> {
     None
 }
 

@@ -25,6 +25,7 @@ pub mod testing;
 pub mod timing;
 
 pub use capabilities::{Capabilities, TextureChoice, TextureFallback};
+pub use cpu_time::process_cpu_time;
 pub use device::{Device, DeviceChoice, DeviceInfo, DeviceKind, list_adapters};
 pub use drawing::Drawing;
 pub use error::EngineError;

@@ -3,7 +3,7 @@
 use cvr_core::volume::{DenseVolume, Extent, SampleType, Samples, VolumeLayout};
 
 use super::{Folder, zlib};
-use crate::input::{RawSpec, open, open_raw, write_nrrd};
+use crate::input::{RawLayout, open, open_raw, write_nrrd};
 
 const GOOD: [&str; 6] = [
     "ObjectType = Image",
@@ -184,30 +184,30 @@ fn data_that_do_not_fit() {
 fn headerless_files() {
     let folder = Folder::new();
     let path = folder.write("v.raw", "", &DATA);
-    let spec = RawSpec::new(Extent::new(3, 4, 2).unwrap(), SampleType::F32);
-    let refusal = |spec: &RawSpec| folder.message(open_raw(&path, spec));
+    let spec = RawLayout::new(Extent::new(3, 4, 2).unwrap(), SampleType::F32);
+    let refusal = |spec: &RawLayout| folder.message(open_raw(&path, spec));
     assert_eq!(
         refusal(&spec),
         "v.raw: 3×4×2 voxels of f32 take 96 bytes, but only 48 are there; \
          the file is cut short, or the dimensions, type or skip are wrong"
     );
     assert_eq!(
-        refusal(&RawSpec { sample: SampleType::U8, skip_bytes: 3, ..spec.clone() }),
+        refusal(&RawLayout { sample: SampleType::U8, skip_bytes: 3, ..spec.clone() }),
         "v.raw: 3×4×2 voxels of u8 take 24 bytes, but 45 are there; \
          correct the dimensions or type, or skip what stands in front of the voxels"
     );
     assert_eq!(
-        refusal(&RawSpec { skip_bytes: u64::MAX, ..spec.clone() }),
+        refusal(&RawLayout { skip_bytes: u64::MAX, ..spec.clone() }),
         "v.raw: 3×4×2 voxels of f32 take 96 bytes, but only 0 are there; \
          the file is cut short, or the dimensions, type or skip are wrong"
     );
     assert_eq!(
-        refusal(&RawSpec { spacing: [1.0, f64::NAN, 1.0], ..spec.clone() }),
+        refusal(&RawLayout { spacing: [1.0, f64::NAN, 1.0], ..spec.clone() }),
         "v.raw: spacing [1.0, NaN, 1.0]: each must be a positive, finite length; \
          correct the spacing, or leave it out for 1"
     );
     assert_eq!(
-        refusal(&RawSpec { extent: Extent::cube(2048).unwrap(), ..spec }),
+        refusal(&RawLayout { extent: Extent::cube(2048).unwrap(), ..spec }),
         "v.raw: 2048×2048×2048 voxels take 34359738368 bytes, \
          more than the limit of 8589934592 (2^33); crop or downsample the volume"
     );

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use cvr_core::volume::{BrickSource as _, DenseVolume, Extent, SampleType, Samples, ValueRange};
 
-use crate::input::{RawSpec, open, open_raw};
+use crate::input::{RawLayout, open, open_raw};
 
 /// The folder of real volumes; a printed line without it.
 fn file(name: &str) -> Option<PathBuf> {
@@ -60,7 +60,7 @@ fn lidc_chest() {
 #[test]
 fn vorticity() {
     let Some(path) = file("vorticity.128_128_41") else { return };
-    let spec = RawSpec::new(Extent::new(128, 128, 41).unwrap(), SampleType::F32);
+    let spec = RawLayout::new(Extent::new(128, 128, 41).unwrap(), SampleType::F32);
     let volume = open_raw(&path, &spec).unwrap();
     check(&volume, [128, 128, 41], SampleType::F32, [1.0; 3], (-0.00020433865, 0.00022811173));
     assert_eq!(voxel(&volume, [100, 64, 20]), 2.0769743e-5);

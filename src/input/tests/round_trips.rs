@@ -3,7 +3,7 @@
 use cvr_core::volume::{BrickSource as _, SampleType};
 
 use super::{Folder, gzip, small, stored, zlib};
-use crate::input::{ByteOrder, RawSpec, open, open_raw, write_nrrd};
+use crate::input::{ByteOrder, RawLayout, open, open_raw, write_nrrd};
 
 const SPACING: [f64; 3] = [0.41015625, 0.1, 1.5];
 const ORDERS: [ByteOrder; 2] = [ByteOrder::Little, ByteOrder::Big];
@@ -179,11 +179,11 @@ fn raw_of_every_type_and_order() {
         for byte_order in ORDERS {
             for front in ["", "a header of 23 bytes..."] {
                 let path = folder.write("a.raw", front, &stored(&volume, byte_order));
-                let spec = RawSpec {
+                let spec = RawLayout {
                     byte_order,
                     spacing: SPACING,
                     skip_bytes: front.len() as u64,
-                    ..RawSpec::new(volume.layout().extent, sample)
+                    ..RawLayout::new(volume.layout().extent, sample)
                 };
                 assert_eq!(open_raw(&path, &spec).unwrap(), volume, "{sample} {byte_order:?}");
             }

@@ -1,5 +1,6 @@
 //! `[[scene]]`
 
+use super::super::colour::parse_colour;
 use super::super::document::{Node, Value};
 use super::super::read::Fields;
 use super::super::scene::{Scene, TransferDomain};
@@ -150,13 +151,5 @@ fn background(node: &Node) -> Result<[f32; 3], Diagnostic> {
 fn colour(node: &Node) -> Result<([f32; 3], Option<f32>), Diagnostic> {
     const COLOUR: &str = "a colour, \"#rrggbb\" or \"#rrggbbaa\"";
     let Value::Text(text) = &node.value else { return Err(node.wrong_type(COLOUR)) };
-    let digits = text.strip_prefix('#').filter(|d| d.bytes().all(|b| b.is_ascii_hexdigit()));
-    let channel = |i: usize| {
-        let pair = digits?.get(2 * i..2 * i + 2)?;
-        Some(f32::from(u8::from_str_radix(pair, 16).ok()?) / 255.0)
-    };
-    match (digits.map(str::len), channel(0), channel(1), channel(2)) {
-        (Some(6 | 8), Some(r), Some(g), Some(b)) => Ok(([r, g, b], channel(3))),
-        _ => Err(node.not_allowed(COLOUR)),
-    }
+    parse_colour(text).ok_or_else(|| node.not_allowed(COLOUR))
 }
