@@ -1,1 +1,1 @@
-
+//! Tests of the whole application that need no device.

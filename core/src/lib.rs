@@ -8,6 +8,7 @@ pub mod codec;
 pub mod conformance;
 pub mod container;
 pub mod diagnostic;
+pub mod file;
 pub mod metrics;
 pub mod pipeline;
 pub mod render;

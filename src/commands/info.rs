@@ -66,7 +66,12 @@ fn container(args: &Args) -> Result<(), BadInput> {
         println!("note       {note}");
     }
     for (name, tensor) in &spec.tensors {
-        println!("tensor     {name}: {} {:?}, crc32c {:08x}", tensor.element.name(), tensor.shape, tensor.crc32c);
+        println!(
+            "tensor     {name}: {} {:?}, crc32c {:08x}",
+            tensor.element.name(),
+            tensor.shape,
+            tensor.crc32c
+        );
     }
     Ok(())
 }

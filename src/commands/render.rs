@@ -45,7 +45,13 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     check_folder(&args.out)?;
     let names = Names::new()?;
-    let known = || BadInput(format!("no renderer `{}`; there are: {}", args.renderer, names.known().renderers.join(", ")));
+    let known = || {
+        BadInput(format!(
+            "no renderer `{}`; there are: {}",
+            args.renderer,
+            names.known().renderers.join(", ")
+        ))
+    };
     let renderer = renderer(&args.renderer).ok_or_else(known)?;
     let scene = args.scene.scene()?;
     let (codec, decoder) = open(args, &names)?;

@@ -108,7 +108,12 @@ fn announce(target: &Target) {
     }
 }
 
-fn provenance(experiment: &Experiment, config: String, volumes: &[LoadedVolume], target: &Target) -> Provenance {
+fn provenance(
+    experiment: &Experiment,
+    config: String,
+    volumes: &[LoadedVolume],
+    target: &Target,
+) -> Provenance {
     Provenance {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         git_hash: machine::git_hash(),
@@ -122,9 +127,10 @@ fn provenance(experiment: &Experiment, config: String, volumes: &[LoadedVolume],
         config,
         command_line: machine::command_line(),
         date: machine::date(),
-        baseline: "raw, native samples in a 3-D texture, filtered linearly by the texture unit (the CPU mirror: by \
+        baseline:
+            "raw, native samples in a 3-D texture, filtered linearly by the texture unit (the CPU mirror: by \
                    hand); drawn in turn with each cell"
-            .to_owned(),
+                .to_owned(),
         references: Vec::new(),
     }
 }

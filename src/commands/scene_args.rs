@@ -42,7 +42,9 @@ pub struct SceneArgs {
 impl SceneArgs {
     /// The scene.
     pub fn scene(&self) -> Result<Scene, BadInput> {
-        if !(self.zoom > 0.0 && self.zoom.is_finite()) || !(self.step_voxels > 0.0 && self.step_voxels.is_finite()) {
+        if !(self.zoom > 0.0 && self.zoom.is_finite())
+            || !(self.step_voxels > 0.0 && self.step_voxels.is_finite())
+        {
             return Err(BadInput("--zoom and --step-voxels must be positive".to_owned()));
         }
         let projection = if self.orthographic { Projection::Orthographic } else { Projection::Perspective };

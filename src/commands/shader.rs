@@ -47,8 +47,8 @@ pub struct Args {
 /// When arguments or file are unusable, or the shader cannot be made.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
-    let renderer = renderer(&args.renderer)
-        .ok_or_else(|| BadInput(format!("no renderer `{}`", args.renderer)))?;
+    let renderer =
+        renderer(&args.renderer).ok_or_else(|| BadInput(format!("no renderer `{}`", args.renderer)))?;
     let (codec, decoder) = open(args, &names)?;
     let range = ValueRange { min: 0.0, max: 1.0 };
     let plan = renderer.plan(&args.scene.scene()?.view(range, args.scene.filter)?, decoder.layout())?;

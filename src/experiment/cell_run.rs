@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use cvr_core::codec::Site;
 use cvr_core::metrics::{ImageError, error_picture};
 use cvr_core::pipeline::Cell;
 use cvr_core::render::{Image, write_png};
@@ -10,8 +9,8 @@ use cvr_core::volume::{BrickSource, FiniteVolume};
 use cvr_engine::timing::{PairBudget, paired};
 
 use super::encoded::Encoded;
-use super::record::{Record, Status};
-use super::stage::{RAW, Stage};
+use super::record::Record;
+use super::stage::Stage;
 use super::target::{HostVolume, Target, VoxelSource};
 
 /// Folder of the pictures, below the report's.
@@ -31,39 +30,10 @@ pub fn empty_record(cell: &Cell, volume: &FiniteVolume, target: &Target) -> Reco
         scene: cell.scene.clone(),
         device: target.name(),
         driver: target.driver(),
-        status: Status::Failed,
-        error: None,
         voxels: layout.voxels(),
         frames: layout.frames,
-        bits_per_voxel: None,
-        file_bytes: None,
-        resident_bytes: None,
-        encode_seconds: None,
-        decode_seconds: None,
-        decode_voxels_per_second: None,
-        psnr_db: None,
-        foreground_psnr_db: None,
-        max_abs_error: None,
-        error_bound: None,
-        image_psnr_db: None,
-        image_ssim: None,
-        codec_image_psnr_db: None,
-        codec_image_ssim: None,
-        frame_ms: None,
-        frame_ms_iqr: None,
-        frame_cpu_ms: None,
-        frame_clock: None,
-        relative_frame_time: None,
-        image: None,
-        image_psnr_whole_db: None,
-        image_ssim_whole: None,
-        error_image: None,
-        filtering: None,
-        relative_frame_time_iqr: None,
-        frame_pairs: None,
-        parity_mismatches: None,
         replaced_samples: volume.replaced().total(),
-        notes: None,
+        ..Record::default()
     }
 }
 
@@ -114,8 +84,7 @@ pub fn run(
     record.codec_image_ssim = Some(error.ssim);
     record.image = Some(write_picture(folder, &cell.id(), &image, background)?);
     let name = format!("{IMAGES}/{}.error.png", cell.id());
-    let colours =
-        error_picture(&stage.reference, &image, background).map_err(|e| e.to_string())?;
+    let colours = error_picture(&stage.reference, &image, background).map_err(|e| e.to_string())?;
     write_png(&folder.join(&name), image.size(), &colours).map_err(|e| e.to_string())?;
     record.error_image = Some(name);
 
@@ -135,22 +104,8 @@ pub fn run(
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_picture(
-    folder: &Path,
-    id: &str,
-    image: &Image,
-    background: [f32; 3],
-) -> Result<String, String> {
+pub fn write_picture(folder: &Path, id: &str, image: &Image, background: [f32; 3]) -> Result<String, String> {
     let name = format!("{IMAGES}/{id}.png");
     image.write_png(&folder.join(&name), background).map_err(|e| e.to_string())?;
     Ok(name)
-}
-
-/// Whether a cell is the baseline of all timing: raw as it is, in a texture, filtered by the texture unit.
-#[must_use]
-pub fn is_baseline(record: &Record) -> bool {
-    record.codec == RAW
-        && record.settings == "bits=native"
-        && record.site == Site::Host.name()
-        && record.filter == "linear"
 }

@@ -4,15 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use cvr_core::codec::{
-    Agreement, Codec, Decoder, Progress, Settings, VoxelDump, decode_frame, encode_file,
-};
+use cvr_core::codec::{Agreement, Codec, Decoder, Progress, Settings, VoxelDump, decode_frame, encode_file};
 use cvr_core::container::EncodedVolume;
 use cvr_core::metrics::{VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{
-    BrickKey, BrickSource, FiniteVolume, FrameIndex, NoReferences, Region, VolumeLayout,
-};
+use cvr_core::volume::{BrickKey, BrickSource, FiniteVolume, FrameIndex, NoReferences, Region, VolumeLayout};
 
 use super::target::Target;
 

@@ -25,7 +25,11 @@ pub fn cores() -> u32 {
 pub fn command_line() -> String {
     let quoted = |word: String| {
         let plain = |c: char| c.is_alphanumeric() || "-_./=:,+".contains(c);
-        if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', r"'\''")) }
+        if !word.is_empty() && word.chars().all(plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', r"'\''"))
+        }
     };
     let rest = std::env::args_os().skip(1).map(|w| quoted(w.to_string_lossy().into_owned()));
     std::iter::once("cvr".to_owned()).chain(rest).collect::<Vec<_>>().join(" ")

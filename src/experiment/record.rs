@@ -3,18 +3,19 @@
 use serde::{Deserialize, Serialize};
 
 /// How a cell ended.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
     /// Ran, and kept its promises.
     Ok,
     /// Did not run, or broke its error bound or value range; `error` says why.
+    #[default]
     Failed,
 }
 
 /// The result of one cell. `None` = not measured or not defined; in CSV an empty field. PSNR of identical data is
 /// infinite: `inf` in CSV, `null` in JSON with `max_abs_error` 0.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Volume name.
     pub volume: String,

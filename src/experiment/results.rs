@@ -7,10 +7,11 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use cvr_core::file;
 use serde::{Deserialize, Serialize};
 
 use super::provenance::{Provenance, RefusedCell};
-use super::record::{Record, Status};
+use super::record::Record;
 
 /// Why a file of results could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -101,86 +102,29 @@ fn to_csv(records: &[Record]) -> Result<String, csv::Error> {
     }
     if records.is_empty() {
         // The header comes from the first record, so a blank one lends it.
-        let text = to_csv(&[blank()])?;
+        let text = to_csv(&[Record::default()])?;
         return Ok(text.lines().take(1).flat_map(|line| [line, "\n"]).collect());
     }
     let bytes = writer.into_inner().map_err(csv::IntoInnerError::into_error)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// Writes a file through a temporary one beside it.
+/// Writes a file that is whole or not there.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| fail(path, e))?;
-    file.write_all(bytes).map_err(|e| fail(path, e))?;
-    // A temporary file is its owner's alone; results are meant to be read by others.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        let readable = std::fs::Permissions::from_mode(0o644);
-        file.as_file().set_permissions(readable).map_err(|e| fail(path, e))?;
-    }
-    file.persist(path).map_err(|e| fail(path, e))?;
-    Ok(())
-}
-
-/// A record without any measurement.
-fn blank() -> Record {
-    Record {
-        volume: String::new(),
-        codec: String::new(),
-        settings: String::new(),
-        site: String::new(),
-        filter: String::new(),
-        renderer: String::new(),
-        scene: String::new(),
-        device: String::new(),
-        driver: String::new(),
-        status: Status::Failed,
-        error: None,
-        voxels: 0,
-        frames: 0,
-        bits_per_voxel: None,
-        file_bytes: None,
-        resident_bytes: None,
-        encode_seconds: None,
-        decode_seconds: None,
-        decode_voxels_per_second: None,
-        psnr_db: None,
-        foreground_psnr_db: None,
-        max_abs_error: None,
-        error_bound: None,
-        image_psnr_db: None,
-        image_ssim: None,
-        codec_image_psnr_db: None,
-        codec_image_ssim: None,
-        frame_ms: None,
-        frame_ms_iqr: None,
-        frame_cpu_ms: None,
-        frame_clock: None,
-        relative_frame_time: None,
-        image: None,
-        image_psnr_whole_db: None,
-        image_ssim_whole: None,
-        error_image: None,
-        filtering: None,
-        relative_frame_time_iqr: None,
-        frame_pairs: None,
-        replaced_samples: 0,
-        notes: None,
-    }
+    file::write_whole(path, |file| file.write_all(bytes)).map_err(|e| fail(path, e))
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::experiment::record::Status;
 
     /// A record to start from in tests.
     pub(crate) fn record(volume: &str, codec: &str) -> Record {
-        Record { volume: volume.into(), codec: codec.into(), status: Status::Ok, ..blank() }
+        Record { volume: volume.into(), codec: codec.into(), status: Status::Ok, ..Record::default() }
     }
 
     #[test]

@@ -79,7 +79,8 @@ impl Run<'_> {
             std::fs::create_dir_all(&folder).map_err(|e| RunError(format!("{}: {e}", folder.display())))?;
         }
         for volume in self.volumes {
-            let cells: Vec<&Cell> = self.resolution.cells.iter().filter(|c| c.volume == volume.name).collect();
+            let cells: Vec<&Cell> =
+                self.resolution.cells.iter().filter(|c| c.volume == volume.name).collect();
             if !cells.is_empty() {
                 self.volume(volume, &cells, &mut outcome)?;
             }
@@ -99,15 +100,20 @@ impl Run<'_> {
 
     fn volume(&self, volume: &LoadedVolume, cells: &[&Cell], outcome: &mut Outcome) -> Result<(), RunError> {
         let settings = self.codec(RAW)?.info().default_settings();
-        let raw = self.encode(RAW, &settings, volume).and_then(|encoded| {
-            RawVolume::new(self.target, encoded).map_err(|e| e.to_string())
-        });
+        let raw = self
+            .encode(RAW, &settings, volume)
+            .and_then(|encoded| RawVolume::new(self.target, encoded).map_err(|e| e.to_string()));
         let raw = match raw {
             Ok(raw) => raw,
             Err(problem) => {
                 let problem = format!("the uncompressed volume cannot be drawn: {problem}");
                 for cell in cells {
-                    self.finish(cell, empty_record(cell, &volume.volume, self.target), Err(problem.clone()), outcome)?;
+                    self.finish(
+                        cell,
+                        empty_record(cell, &volume.volume, self.target),
+                        Err(problem.clone()),
+                        outcome,
+                    )?;
                 }
                 return Ok(());
             }
@@ -147,8 +153,12 @@ impl Run<'_> {
                 _ => Err(format!("no scene `{}` or no renderer `{}`", cell.scene, cell.renderer)),
             };
             if let Ok(stage) = &stage {
-                let id = format!("reference-{}", Cell { codec: String::new(), settings: Settings::default(), ..(*cell).clone() }.id());
-                let image = write_picture(self.folder, &id, &stage.reference, stage.background()).map_err(RunError)?;
+                let id = format!(
+                    "reference-{}",
+                    Cell { codec: String::new(), settings: Settings::default(), ..(*cell).clone() }.id()
+                );
+                let image = write_picture(self.folder, &id, &stage.reference, stage.background())
+                    .map_err(RunError)?;
                 outcome.provenance.references.push(ReferencePicture {
                     volume: cell.volume.clone(),
                     scene: cell.scene.clone(),
@@ -162,11 +172,11 @@ impl Run<'_> {
     }
 
     /// The cells of one codec and setting, which share what was encoded.
-    fn codec_cells(
+    fn codec_cells<'a>(
         &self,
         volume: &LoadedVolume,
-        cells: &[&Cell],
-        stages: &mut Stages<'_>,
+        cells: &[&'a Cell],
+        stages: &mut Stages<'a>,
         outcome: &mut Outcome,
     ) -> Result<(), RunError> {
         (self.report)(outcome.records.len(), &cells[0].id());
@@ -191,7 +201,8 @@ impl Run<'_> {
                     record_encoding(&mut record, encoded, parity.as_ref().ok().copied().flatten());
                     self.cell(&mut record, cell, encoded, &host, &parity, stage)
                 }
-                (Err(problem), _) | (_, Some(Err(problem))) => Err(problem.clone()),
+                (Err(problem), _) => Err(problem.clone()),
+                (_, Some(Err(problem))) => Err(problem.clone()),
                 (_, None) => Err("the scene was not prepared".to_owned()),
             };
             self.finish(cell, record, result, outcome)?;
@@ -215,9 +226,9 @@ impl Run<'_> {
         cell_run::run(record, cell, encoded, host, stage, self.folder)?;
         encoded.check_promises()?;
         match (cell.site, parity.clone()?) {
-            (Site::Inline, Some(mismatches)) if mismatches > 0 => {
-                Err(format!("shader and CPU decoder disagree on {mismatches} samples beyond the codec's statement"))
-            }
+            (Site::Inline, Some(mismatches)) if mismatches > 0 => Err(format!(
+                "shader and CPU decoder disagree on {mismatches} samples beyond the codec's statement"
+            )),
             _ => Ok(()),
         }
     }

@@ -4,9 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cvr_core::codec::{Decoder, Site};
-use cvr_core::render::{
-    DecodedFrame, DecoderVoxels, Filter, Image, RenderError, Renderer, View,
-};
+use cvr_core::render::{DecodedFrame, DecoderVoxels, Image, RenderError, Renderer, View};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::FrameTime;
@@ -89,11 +87,7 @@ impl Target {
     ///
     /// # Errors
     /// When the device cannot hold it.
-    pub fn upload(
-        &self,
-        decoder: &dyn Decoder,
-        frame: Arc<DecodedFrame>,
-    ) -> Result<HostVolume, DrawError> {
+    pub fn upload(&self, decoder: &dyn Decoder, frame: Arc<DecodedFrame>) -> Result<HostVolume, DrawError> {
         let texture = match self {
             Self::Cpu { .. } => None,
             Self::Device(device) => {
@@ -141,10 +135,7 @@ impl Target {
                 return Err(EngineError::Unsupported(text).into());
             }
         };
-        let hardware = voxels.host.as_ref().and_then(|h| h.texture.as_ref()).is_some_and(|texture| {
-            texture.choice().sampling == TextureSampling::Hardware && view.filter == Filter::Linear
-        });
-        Ok(Picture { kind, hardware })
+        Ok(Picture { kind })
     }
 }
 
@@ -178,7 +169,6 @@ impl VoxelSource<'_> {
 #[derive(Debug)]
 pub struct Picture<'a> {
     kind: Kind<'a>,
-    hardware: bool,
 }
 
 #[derive(Debug)]
@@ -235,8 +225,11 @@ impl Picture<'_> {
 
     /// Who interpolates: `hardware` or `manual`.
     #[must_use]
-    pub const fn filtering(&self) -> &'static str {
-        if self.hardware { "hardware" } else { "manual" }
+    pub fn filtering(&self) -> &'static str {
+        match &self.kind {
+            Kind::Device(drawing) if drawing.filtering() == TextureSampling::Hardware => "hardware",
+            _ => "manual",
+        }
     }
 
     fn mirror(&self) -> Result<Image, DrawError> {

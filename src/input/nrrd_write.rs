@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
+use cvr_core::file::write_whole;
 use cvr_core::volume::{BrickSource as _, DenseVolume, SampleType};
 
 use super::{ByteOrder, InputError, Place};
@@ -45,23 +46,9 @@ pub fn write_nrrd(path: &Path, volume: &DenseVolume) -> Result<(), InputError> {
     }
     header.push_str("encoding: raw\n\n");
 
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let io = |source| InputError::Io { place: place.clone(), action: "write the file", source };
-    let mut out = temporary_in(folder).map_err(io)?;
-    out.write_all(header.as_bytes()).map_err(io)?;
-    out.write_all(volume.samples().as_bytes()).map_err(io)?;
-    out.as_file().sync_all().map_err(io)?;
-    out.persist(path).map_err(|e| io(e.error))?;
-    Ok(())
-}
-
-/// A temporary file is private by default; the finished one shall have the rights of any new file.
-fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
+    write_whole(path, |out| {
+        out.write_all(header.as_bytes())?;
+        out.write_all(volume.samples().as_bytes())
+    })
+    .map_err(|source| InputError::Io { place, action: "write the file", source })
 }

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::spec::FORMAT_VERSION;
 use super::{ContainerError, Element, Spec, TensorSpec, header};
 use crate::codec::{CodecInfo, EncodeReport, Settings};
+use crate::file::{folder_of, write_whole};
 use crate::volume::{Replaced, VolumeLayout};
 
 /// Where an encoder puts its tensors.
@@ -84,10 +85,7 @@ impl ContainerWriter {
     /// # Errors
     /// When the folder does not exist.
     pub fn create(path: &Path) -> Result<Self, ContainerError> {
-        let folder = match path.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
-            _ => PathBuf::from("."),
-        };
+        let folder = folder_of(path).to_owned();
         if !folder.is_dir() {
             let problem = format!("the folder {} does not exist", folder.display());
             return Err(ContainerError::Malformed { path: path.display().to_string(), problem });
@@ -127,16 +125,18 @@ impl ContainerWriter {
             |problem| ContainerError::Malformed { path: self.path.display().to_string(), problem };
         let head = header::encode(&spec).map_err(malformed)?;
         let mut file_bytes = head.len() as u64;
-        let mut out = tempfile::NamedTempFile::new_in(&self.folder).map_err(|e| self.io(e))?;
-        out.write_all(&head).map_err(|e| self.io(e))?;
-        for spool in std::mem::take(&mut self.spools).into_values() {
-            file_bytes += spool.bytes;
-            let mut tensor = spool.file.into_inner().map_err(|e| self.io(e.into_error()))?;
-            tensor.rewind().map_err(|e| self.io(e))?;
-            std::io::copy(&mut tensor.take(spool.bytes), &mut out).map_err(|e| self.io(e))?;
-        }
-        out.as_file().sync_all().map_err(|e| self.io(e))?;
-        out.persist(&self.path).map_err(|e| self.io(e.error))?;
+        let spools = std::mem::take(&mut self.spools);
+        file_bytes += spools.values().map(|s| s.bytes).sum::<u64>();
+        write_whole(&self.path, |out| {
+            out.write_all(&head)?;
+            for spool in spools.into_values() {
+                let mut tensor = spool.file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+                tensor.rewind()?;
+                std::io::copy(&mut tensor.take(spool.bytes), out)?;
+            }
+            Ok(())
+        })
+        .map_err(|e: std::io::Error| self.io(e))?;
         Ok(Written { path: self.path, file_bytes })
     }
 

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::file::write_whole;
+
 /// Premultiplied RGBA, `0.0..=1.0`, row 0 at the top.
 #[derive(Clone, PartialEq)]
 pub struct Image {
@@ -80,18 +82,17 @@ impl Image {
 /// # Errors
 /// When the file cannot be written.
 pub fn write_png(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), ImageError> {
-    let fail = |problem: String| ImageError { path: path.display().to_string(), problem };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| fail(e.to_string()))?;
-    image::write_buffer_with_format(
-        &mut std::io::BufWriter::new(file.as_file_mut()),
-        rgb,
-        size[0],
-        size[1],
-        image::ExtendedColorType::Rgb8,
-        image::ImageFormat::Png,
-    )
-    .map_err(|e| fail(e.to_string()))?;
-    file.persist(path).map_err(|e| fail(e.to_string()))?;
-    Ok(())
+    let encode = |file: &mut std::fs::File| {
+        image::write_buffer_with_format(
+            &mut std::io::BufWriter::new(file),
+            rgb,
+            size[0],
+            size[1],
+            image::ExtendedColorType::Rgb8,
+            image::ImageFormat::Png,
+        )
+        .map_err(std::io::Error::other)
+    };
+    write_whole(path, encode)
+        .map_err(|e| ImageError { path: path.display().to_string(), problem: e.to_string() })
 }
