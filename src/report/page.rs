@@ -8,7 +8,6 @@ use super::cells::{View, views, volumes};
 use super::chart::{Chart, Mark};
 use super::charts::{Palette, frame_time, picture_ssim, voxel_psnr};
 use super::embed::{EMBEDDED_BYTES, Pictures};
-use super::number::short;
 use super::{ReportError, pictures, summary, table};
 use crate::experiment::provenance::{Provenance, RefusedCell, VolumeProvenance};
 use crate::experiment::record::Record;
@@ -126,7 +125,7 @@ fn volume_values(v: &VolumeProvenance) -> Value {
         blake3 => v.blake3.clone(),
         dims => times(&v.dims.map(|d| d.to_string())),
         dtype => v.dtype.clone(),
-        spacing => times(&v.spacing.map(|s| short(Some(s)))),
+        spacing => times(&v.spacing.map(|s| s.to_string())),
         range => v.range.map(|r| r.to_string()).join(" … "),
     }
 }
