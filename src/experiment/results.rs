@@ -33,7 +33,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads a `results.json`. PSNR that is `null` beside a value that says it was measured is infinite again.
+    /// Reads a `results.json`. PSNR that is `null` beside a maximum error of 0, or an SSIM of 1, is infinite again.
     ///
     /// # Errors
     /// When the file cannot be read or is none.
@@ -51,12 +51,13 @@ fn fail(path: &Path, problem: impl ToString) -> ResultsError {
 
 fn restore_infinities(record: &mut Record) {
     let lossless = record.max_abs_error == Some(0.0);
-    let measured = |ssim: Option<f64>| ssim.is_some();
+    // SSIM 1, and not any SSIM: a picture that holds NaN has a PSNR of −∞, which is `null` too.
+    let identical = |ssim: Option<f64>| ssim == Some(1.0);
     for (psnr, infinite) in [
         (&mut record.psnr_db, lossless),
-        (&mut record.image_psnr_db, measured(record.image_ssim)),
-        (&mut record.image_psnr_whole_db, measured(record.image_ssim_whole)),
-        (&mut record.codec_image_psnr_db, measured(record.codec_image_ssim)),
+        (&mut record.image_psnr_db, identical(record.image_ssim)),
+        (&mut record.image_psnr_whole_db, identical(record.image_ssim_whole)),
+        (&mut record.codec_image_psnr_db, identical(record.codec_image_ssim)),
     ] {
         if psnr.is_none() && infinite {
             *psnr = Some(f64::INFINITY);
@@ -144,6 +145,14 @@ pub(crate) mod tests {
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains("\"psnr_db\": null"));
         assert_eq!(Results::read(&path).unwrap().records, records);
+        let ruined =
+            Record { image_psnr_db: Some(f64::NEG_INFINITY), image_ssim: Some(0.2), ..record("v", "x") };
+        write_json(&path, &Provenance::default(), &[ruined], &[]).unwrap();
+        assert_eq!(
+            Results::read(&path).unwrap().records[0].image_psnr_db,
+            None,
+            "no picture gets better by a file"
+        );
 
         let csv = to_csv(&records).unwrap();
         assert!(csv.lines().nth(1).unwrap().contains(",inf,"), "{csv}");

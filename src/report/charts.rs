@@ -106,7 +106,7 @@ fn rate_chart(
 }
 
 fn failure_entry() -> LegendEntry {
-    LegendEntry { mark: Mark::failure(), label: "failed: broke its promise".to_owned() }
+    LegendEntry { mark: Mark::failure(), label: "failed".to_owned() }
 }
 
 /// PSNR of the voxels over bits per voxel. Sites, filters and scenes do not change the voxels, so each codec and

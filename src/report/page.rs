@@ -8,7 +8,6 @@ use super::cells::{View, views, volumes};
 use super::chart::{Chart, Mark};
 use super::charts::{Palette, frame_time, picture_ssim, voxel_psnr};
 use super::embed::{EMBEDDED_BYTES, Pictures};
-use super::number::short;
 use super::{ReportError, pictures, summary, table};
 use crate::experiment::provenance::{Provenance, RefusedCell, VolumeProvenance};
 use crate::experiment::record::Record;
@@ -59,19 +58,25 @@ fn charts(records: &[Record]) -> Vec<Value> {
         .into_iter()
         .map(|volume| {
             let of_volume: Vec<View> = views(records).into_iter().filter(|v| v.volume == volume).collect();
+            let named = |title: &str, view: &View| match view.name() {
+                name if name.is_empty() => title.to_owned(),
+                name => format!("{title} — {name}"),
+            };
             let rate = voxel_psnr(records, &palette, &volume);
-            let mut figures: Vec<Value> =
-                rate.iter().map(|c| figure(c, "Voxels: PSNR over bits per voxel".to_owned())).collect();
+            let mut figures: Vec<Value> = rate
+                .iter()
+                .map(|c| figure(c, "Voxels: PSNR over bits per voxel".to_owned(), false))
+                .collect();
             for view in &of_volume {
-                let name = view.name();
-                let name = if name.is_empty() { String::new() } else { format!(" — {name}") };
                 let ssim = picture_ssim(records, &palette, view);
                 figures.extend(
-                    ssim.iter().map(|c| figure(c, format!("Picture: SSIM over bits per voxel{name}"))),
+                    ssim.iter().map(|c| figure(c, named("Picture: SSIM over bits per voxel", view), false)),
                 );
+            }
+            for view in &of_volume {
                 let time = frame_time(records, &palette, view);
                 figures.extend(
-                    time.iter().map(|c| figure(c, format!("Frame time over error of the picture{name}"))),
+                    time.iter().map(|c| figure(c, named("Frame time over PSNR of the picture", view), true)),
                 );
             }
             context! { volume => volume, figures => figures }
@@ -79,13 +84,15 @@ fn charts(records: &[Record]) -> Vec<Value> {
         .collect()
 }
 
-fn figure(chart: &Chart, caption: String) -> Value {
+/// `wide`: the legend stands beside the drawing, not below.
+fn figure(chart: &Chart, caption: String, wide: bool) -> Value {
     // Drawings escape what they take from records themselves.
     let mark = |mark: &Mark| Value::from_safe_string(mark.svg());
     let legend: Vec<Value> =
         chart.legend.iter().map(|e| context! { mark => mark(&e.mark), label => e.label.clone() }).collect();
     context! {
         caption => caption,
+        wide => wide,
         description => chart.description.clone(),
         svg => Value::from_safe_string(chart.svg()),
         legend => legend,
@@ -118,7 +125,7 @@ fn volume_values(v: &VolumeProvenance) -> Value {
         blake3 => v.blake3.clone(),
         dims => times(&v.dims.map(|d| d.to_string())),
         dtype => v.dtype.clone(),
-        spacing => times(&v.spacing.map(|s| short(Some(s)))),
+        spacing => times(&v.spacing.map(|s| s.to_string())),
         range => v.range.map(|r| r.to_string()).join(" … "),
     }
 }

@@ -90,6 +90,7 @@ fn cell(record: &Record, pictures: &mut Pictures) -> Value {
         image => source(&record.image),
         error_image => source(&record.error_image),
         rate => short(record.bits_per_voxel),
+        identical => record.image_psnr_db == Some(f64::INFINITY),
         psnr => decibels(record.image_psnr_db),
         ssim => fixed(record.image_ssim, 4),
     }

@@ -265,9 +265,8 @@ fn hostile_text_stays_text() {
     let refused = [RefusedCell { reason: evil.into(), volume: evil.into(), ..Default::default() }];
     let html = html(&provenance, &[all], &refused);
     assert_well_formed(&html);
-    for raw in ["<script", "<img src=x", "onerror=y>&{", "49"] {
-        let found = html.split("</style>").nth(1).unwrap().contains(raw) && raw != "49";
-        assert!(!found, "{raw}");
+    for raw in ["<script", "<img src=x", "passwd"] {
+        assert!(!html.contains(raw), "{raw}");
     }
     assert!(html.contains("{{ 7*7 }}"), "templates are not read twice");
 }
