@@ -2,6 +2,9 @@
 # install packages, to where a Vulkan adapter exists. Installs nothing that is already there; where it may not
 # install, it says so and goes on.
 
+# Mesa's device selection complains where this is unset, as it is for root and in containers.
+export XDG_RUNTIME_DIR="${XDG_RUNTIME_DIR:-/tmp}"
+
 say() { printf '%s\n' "$*" >&2; }
 
 # Installs Debian packages if this machine and user can; returns 1 otherwise.

@@ -42,9 +42,8 @@ pub struct SceneArgs {
 impl SceneArgs {
     /// The scene.
     pub fn scene(&self) -> Result<Scene, BadInput> {
-        if !(self.zoom > 0.0 && self.zoom.is_finite())
-            || !(self.step_voxels > 0.0 && self.step_voxels.is_finite())
-        {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        if !positive(self.zoom) || !positive(f64::from(self.step_voxels)) {
             return Err(BadInput("--zoom and --step-voxels must be positive".to_owned()));
         }
         let projection = if self.orthographic { Projection::Orthographic } else { Projection::Perspective };

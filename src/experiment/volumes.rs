@@ -36,7 +36,7 @@ pub enum LoadError {
         /// Volume name.
         volume: String,
         /// Why.
-        source: InputError,
+        source: Box<InputError>,
     },
     /// No such generator.
     #[error("volume `{volume}`: no generator `{name}`; there are: {known}")]
@@ -77,7 +77,8 @@ pub fn load(volume: &Volume, seed: u64) -> Result<LoadedVolume, LoadError> {
             (input::generate(kind, *extent, *sample, seed), format!("{generator}, seed {seed}"))
         }
     };
-    let dense = dense.map_err(|source| LoadError::Input { volume: name.clone(), source })?;
+    let dense =
+        dense.map_err(|source| LoadError::Input { volume: name.clone(), source: Box::new(source) })?;
     Ok(LoadedVolume::new(name, source, dense))
 }
 

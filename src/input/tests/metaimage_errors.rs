@@ -192,17 +192,17 @@ fn headerless_files() {
          the file is cut short, or the dimensions, type or skip are wrong"
     );
     assert_eq!(
-        refusal(&RawLayout { sample: SampleType::U8, skip_bytes: 3, ..spec.clone() }),
+        refusal(&RawLayout { sample: SampleType::U8, skip_bytes: 3, ..spec }),
         "v.raw: 3×4×2 voxels of u8 take 24 bytes, but 45 are there; \
          correct the dimensions or type, or skip what stands in front of the voxels"
     );
     assert_eq!(
-        refusal(&RawLayout { skip_bytes: u64::MAX, ..spec.clone() }),
+        refusal(&RawLayout { skip_bytes: u64::MAX, ..spec }),
         "v.raw: 3×4×2 voxels of f32 take 96 bytes, but only 0 are there; \
          the file is cut short, or the dimensions, type or skip are wrong"
     );
     assert_eq!(
-        refusal(&RawLayout { spacing: [1.0, f64::NAN, 1.0], ..spec.clone() }),
+        refusal(&RawLayout { spacing: [1.0, f64::NAN, 1.0], ..spec }),
         "v.raw: spacing [1.0, NaN, 1.0]: each must be a positive, finite length; \
          correct the spacing, or leave it out for 1"
     );
