@@ -46,9 +46,9 @@ pub struct PairBudget {
 }
 
 impl Default for PairBudget {
-    /// 7 to 15 pairs, more than 7 within 20 seconds.
+    /// 7 to 31 pairs, more than 7 within 4 seconds.
     fn default() -> Self {
-        Self { min_pairs: 7, max_pairs: 15, max_seconds: 20.0 }
+        Self { min_pairs: 7, max_pairs: 31, max_seconds: 4.0 }
     }
 }
 
