@@ -115,6 +115,7 @@ fn provenance(
     target: &Target,
 ) -> Provenance {
     Provenance {
+        experiment: experiment.name.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         git_hash: machine::git_hash(),
         adapter: target.name(),
