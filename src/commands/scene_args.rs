@@ -18,6 +18,9 @@ pub struct SceneArgs {
     /// Degrees above the horizon.
     #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
     elevation: f64,
+    /// Degrees by which the camera turns clockwise; 180 stands the picture on its head.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    roll: f64,
     /// Magnification; 1 fits the volume.
     #[arg(long, default_value_t = 1.0)]
     zoom: f64,
@@ -50,6 +53,7 @@ impl SceneArgs {
         let camera = Camera {
             azimuth: self.azimuth,
             elevation: self.elevation,
+            roll: self.roll,
             zoom: self.zoom,
             projection,
             ..Camera::default()
