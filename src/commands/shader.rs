@@ -84,11 +84,7 @@ fn text(args: &Args, codec: &str, decoder: &dyn Decoder, plan: &Plan) -> Result<
         (_, Some(shader)) => Source::Inline {
             codec,
             module: shader.module(),
-            resources: shader
-                .resources(FrameIndex::FIRST)?
-                .iter()
-                .map(|r| ResourceSize { name: r.name, words: r.words.len() as u64 })
-                .collect(),
+            resources: shader.resources(FrameIndex::FIRST)?.iter().map(ResourceSize::of).collect(),
             frame: FrameIndex::FIRST,
             level: Level::FULL,
         },
