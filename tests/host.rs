@@ -1,1 +1,18 @@
 //! Tests of the whole application that need no device.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails its test, which is what it is for")]
+
+mod host {
+    mod adversarial;
+    mod cli;
+    mod combinations;
+    mod configs;
+    mod folder;
+    mod golden;
+    mod golden_files;
+    mod real_volumes;
+    mod records;
+    mod shader_text;
+    mod spacing;
+    mod volumes;
+}

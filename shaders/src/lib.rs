@@ -33,6 +33,10 @@ templates! {
     VOXEL_SCALAR = "voxel/scalar.wgsl";
     /// `Voxel` of RGB volumes.
     VOXEL_RGB = "voxel/rgb.wgsl";
+    /// The numbers of a scalar voxel, one by one.
+    CHANNEL_SCALAR = "voxel/channel_scalar.wgsl";
+    /// The numbers of an RGB voxel, one by one.
+    CHANNEL_RGB = "voxel/channel_rgb.wgsl";
     /// The voxel that covers the point.
     FILTER_NEAREST = "filter/nearest.wgsl";
     /// Trilinear interpolation of eight values.

@@ -68,10 +68,11 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         return Err(BadInput(format!("{}: no combination can run", args.config.display())));
     }
     let folder = args.out.clone().unwrap_or_else(|| Path::new("results").join(file_name(&experiment.name)));
-    std::fs::create_dir_all(&folder).map_err(|e| BadInput(format!("{}: {e}", folder.display())))?;
     let target = Target::open(&args.device)?;
     announce(&target);
     let volumes = load_all(&experiment)?;
+    // Only now: bad input leaves no empty folder behind.
+    std::fs::create_dir_all(&folder).map_err(|e| BadInput(format!("{}: {e}", folder.display())))?;
 
     let start = Instant::now();
     let bar = CellBar::new(resolution.cells.len());

@@ -16,10 +16,15 @@ use crate::render::Filter;
 pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
     let mut out = Text::default();
     out.generated("the volume", &text::volume_constants(request.layout));
-    out.template(match request.layout.channels {
-        1 => shaders::VOXEL_SCALAR,
-        _ => shaders::VOXEL_RGB,
-    });
+    let calls = |function: &str| request.templates.iter().any(|t| t.source.contains(function));
+    let (voxel, channels) = match request.layout.channels {
+        1 => (shaders::VOXEL_SCALAR, shaders::CHANNEL_SCALAR),
+        _ => (shaders::VOXEL_RGB, shaders::CHANNEL_RGB),
+    };
+    out.template(voxel);
+    if calls("voxel_channel(") {
+        out.template(channels);
+    }
     let (declarations, mut bindings) = text::template_bindings(request.bindings);
     out.generated("bindings of the template", &declarations);
     for template in request.templates {
@@ -30,8 +35,10 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
     let mut snippet = None;
     match &request.source {
         Source::Inline { codec, module, resources, frame, level } => {
-            let cell = request.filter == Some(Filter::OptimisedLinear)
-                || request.templates.iter().any(|t| t.source.contains("voxel_cell("));
+            let by_cells = request.filter == Some(Filter::OptimisedLinear);
+            let cell = by_cells || calls("voxel_cell(");
+            // The other filters fetch single voxels.
+            let fetch = request.filter.is_some() && !by_cells || calls("voxel_fetch(");
             let storage_used = bindings.iter().filter(|b| b.kind != BindingKind::View).count() as u32;
             let (accessors, parts) =
                 text::resource_accessors(codec, resources, request.limits, storage_used)?;
@@ -41,7 +48,7 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
             out.generated(&format!("buffers of codec {codec}"), &accessors);
             let level = text::level_accessors(codec, module.source, *frame, *level);
             out.generated(&format!("level of codec {codec}"), &level);
-            out.generated("voxels are decoded at every fetch", &text::inline_source(codec, cell));
+            out.generated("voxels are decoded at every fetch", &text::inline_source(codec, fetch, cell));
             out.file(module.file, module.source, true);
             snippet = Some(Snippet { codec, file: module.file, source: module.source, cell });
         }

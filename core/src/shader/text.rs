@@ -188,10 +188,15 @@ pub fn resource_accessors(
     Ok((text, bindings))
 }
 
-/// `voxel_fetch` (and, where something calls it, `voxel_cell`) over a codec's snippet.
-pub fn inline_source(codec: &str, cell: bool) -> String {
-    let mut text =
-        format!("fn voxel_fetch(p: vec3<i32>) -> Voxel {{\n    return voxel_of({codec}_fetch(p));\n}}\n");
+/// `voxel_fetch` and `voxel_cell` over a codec's snippet, each where something calls it.
+pub fn inline_source(codec: &str, fetch: bool, cell: bool) -> String {
+    let mut text = String::new();
+    if fetch {
+        let _ = writeln!(
+            text,
+            "fn voxel_fetch(p: vec3<i32>) -> Voxel {{\n    return voxel_of({codec}_fetch(p));\n}}"
+        );
+    }
     if cell {
         let _ = writeln!(
             text,

@@ -1,0 +1,8 @@
+//! The program itself: what it prints, writes and returns.
+
+mod bad_configurations;
+mod bad_files;
+mod failing_cell;
+mod help;
+mod lists;
+mod round_trip;

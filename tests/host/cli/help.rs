@@ -1,0 +1,99 @@
+//! What the program says of itself.
+
+use super::super::folder::Folder;
+
+/// Every command with the options that it has of its own.
+const COMMANDS: [(&str, &[&str]); 9] = [
+    ("run", &["<CONFIG>", "--out", "--volume", "--set", "--device", "--list-cells", "--dims", "--dtype"]),
+    ("check-config", &["<CONFIG>", "--set"]),
+    ("encode", &["<VOLUME>", "<OUT>", "--codec", "--set", "--dims", "--dtype", "--byte-order", "--spacing"]),
+    ("decode", &["<CONTAINER>", "<OUT>", "--float"]),
+    (
+        "render",
+        &[
+            "<FILE>",
+            "<OUT>",
+            "--size",
+            "--azimuth",
+            "--elevation",
+            "--zoom",
+            "--orthographic",
+            "--range",
+            "--transfer-function",
+            "--step-voxels",
+            "--filter",
+            "--site",
+            "--renderer",
+            "--device",
+            "--skip-bytes",
+        ],
+    ),
+    ("info", &["<FILE>", "--dims", "--dtype"]),
+    ("codecs", &[]),
+    ("devices", &[]),
+    ("shader", &["[FILE]", "--codec", "--set", "--site", "--renderer", "--filter", "--orthographic"]),
+];
+
+#[test]
+fn every_command_tells_its_options() {
+    let folder = Folder::new();
+    let overview = folder.cvr(&["--help"]).exits(0).stdout;
+    for (command, options) in COMMANDS {
+        assert!(overview.contains(&format!("\n  {command} ")), "{command} is missing:\n{overview}");
+        let help = folder.cvr(&[command, "--help"]).exits(0).stdout;
+        for option in options {
+            assert!(help.contains(option), "{command}: no {option} in:\n{help}");
+        }
+        let told = |word: &str| help.contains(&format!("{word} ")) || help.contains(&format!("{word}\n"));
+        assert!(!told("--no-such-option") && told("--help"));
+    }
+    let commands = overview.lines().skip_while(|l| *l != "Commands:").skip(1).take_while(|l| !l.is_empty());
+    assert_eq!(
+        commands.count(),
+        COMMANDS.len() + 1,
+        "this test knows every command, and `help`:\n{overview}"
+    );
+    assert!(overview.contains("Exit codes: 0"), "{overview}");
+}
+
+#[test]
+fn the_examples_in_the_help_are_commands() {
+    let folder = Folder::new();
+    let overview = folder.cvr(&["--help"]).exits(0).stdout;
+    let examples: Vec<&str> = overview.lines().filter_map(|l| l.strip_prefix("  cvr ")).collect();
+    assert!(examples.len() >= 4, "{overview}");
+    for example in examples {
+        // Words up to the explanation. None of the files is there: that is said, and not that the words are wrong.
+        let words: Vec<&str> = example.split("   ").next().unwrap().split_whitespace().collect();
+        let ran = folder.cvr(&words);
+        assert!(!ran.stderr.contains("Usage:"), "{example}:\n{}", ran.stderr);
+    }
+}
+
+#[test]
+fn a_wrong_command_line_is_bad_input() {
+    let folder = Folder::new();
+    for words in [
+        &["dance"][..],
+        &[],
+        &["run"],
+        &["encode", "a.nrrd", "b.cvr"],
+        &["info", "a.raw", "--dims", "2x2"],
+        &["info", "a.raw", "--dims", "2x2x2"],
+        &["info", "a.raw", "--dims", "0x2x2", "--dtype", "u8"],
+        &["info", "a.raw", "--dims", "2x2x2", "--dtype", "u64"],
+        &["render", "a.nrrd", "b.png", "--site", "moon"],
+        &["render", "a.nrrd", "b.png", "--size", "0x9"],
+        &["render", "a.nrrd", "b.png", "--filter", "cubic"],
+    ] {
+        let ran = folder.cvr(words).exits(2);
+        assert!(ran.stdout.is_empty() && !ran.stderr.is_empty(), "{words:?}");
+    }
+    assert_eq!(folder.names(), [""; 0]);
+}
+
+#[test]
+fn the_version_is_that_of_the_package() {
+    let text = Folder::new().cvr(&["--version"]).exits(0).stdout;
+    assert_eq!(text.trim(), format!("cvr {}", env!("CARGO_PKG_VERSION")));
+}

@@ -1,0 +1,91 @@
+//! Commands that print: codecs, devices, shaders, cells.
+
+use cvr::registry::Names;
+
+use super::super::configs::COMPARE;
+use super::super::folder::Folder;
+
+#[test]
+fn codecs_are_listed_with_all_their_settings() {
+    let text = Folder::new().cvr(&["codecs"]).exits(0).stdout;
+    for codec in Names::new().unwrap().codecs().iter() {
+        let info = codec.info();
+        assert!(text.contains(&format!("{}  {}\n", info.id, info.summary)), "{text}");
+        for setting in info.settings {
+            assert!(text.contains(&format!("    {} = {}\n", setting.name, setting.default)), "{text}");
+            assert!(text.contains(setting.doc), "{text}");
+        }
+        if let Some(paper) = &info.paper {
+            assert!(text.contains(paper.title), "{text}");
+        }
+    }
+}
+
+/// Adapters are the machine's; the mirror is always there.
+#[test]
+fn devices_end_with_the_mirror() {
+    let ran = Folder::new().cvr(&["devices"]);
+    let adapters = ran.stdout.lines().filter(|line| line.starts_with('#')).count();
+    assert_eq!(ran.code, Some(i32::from(adapters == 0)), "{ran:?}");
+    assert!(ran.stdout.lines().last().unwrap().starts_with("cpu  "), "{}", ran.stdout);
+    assert_eq!(ran.stdout.lines().count(), adapters + 1, "{}", ran.stdout);
+}
+
+#[test]
+fn a_shader_is_printed_with_the_origin_of_every_part() {
+    let folder = Folder::new();
+    let inline = folder.cvr(&["shader"]).exits(0);
+    let origins: Vec<&str> = inline.stdout.lines().filter(|l| l.starts_with("// ==== ")).collect();
+    insta::assert_snapshot!(origins.join("\n"));
+    naga::front::wgsl::parse_str(&inline.stdout).unwrap();
+
+    let host = folder.cvr(&["shader", "--site", "host", "--orthographic"]).exits(0).stdout;
+    assert!(host.contains("texture_3d") && host.contains("orthographic.wgsl") && !host.contains("s3dc"));
+    let settings = ["shader", "--set", "block=3x5x2", "--set", "index_bits=8"];
+    let other = folder.cvr(&settings).exits(0).stdout;
+    assert!(other.contains("vec3<u32>(3u, 5u, 2u)") && !inline.stdout.contains("vec3<u32>(3u, 5u, 2u)"));
+    for wrong in [
+        &["shader", "--codec", "none"][..],
+        &["shader", "--set", "block"],
+        &["shader", "--renderer", "none"],
+        &["shader", "--codec", "raw", "--filter", "optimised-linear"],
+        &["shader", "--site", "host", "--filter", "optimised-linear"],
+        &["shader", "--zoom", "0"],
+    ] {
+        folder.cvr(wrong).refused();
+    }
+}
+
+#[test]
+fn cells_are_listed_and_nothing_runs() {
+    let folder = Folder::new();
+    folder.write("x.toml", COMPARE.replace("\"linear\"]", "\"optimised-linear\"]"));
+    let text = folder.cvr(&["run", "x.toml", "--list-cells"]).exits(0).stdout;
+    let (refused, cells): (Vec<&str>, Vec<&str>) = text.lines().partition(|l| l.starts_with("refused "));
+    // nearest: 7 × 2 sites; optimised: 6 of s3dc, inline.
+    assert_eq!((cells.len(), refused.len()), (20, 8), "{text}");
+    let named = "bonsai-s3dc-block=8x8x4,index_bits=2-front-raycasting-inline-optimised-linear";
+    assert!(cells.contains(&named), "{text}");
+    let checked = folder.cvr(&["check-config", "x.toml"]).exits(0).stdout;
+    assert!(checked.starts_with("x.toml: 20 cells\n") && checked.contains(refused[0]), "{checked}");
+    assert_eq!(folder.names(), ["x.toml"]);
+}
+
+#[test]
+fn overrides_and_volumes_change_the_cells() {
+    let folder = Folder::new();
+    folder.write("x.toml", COMPARE);
+    let list = |more: &[&str]| {
+        let arguments = [&["run", "x.toml", "--list-cells"][..], more].concat();
+        folder.cvr(&arguments).exits(0).stdout
+    };
+    assert_eq!(list(&[]).lines().count(), 28);
+    let one =
+        ["--set", "codec.s3dc.block=16", "--set", "pipeline.site=host", "--set", "pipeline.filter=linear"];
+    let expected = "bonsai-raw-bits=native-front-raycasting-host-linear\n\
+                    bonsai-s3dc-block=16,index_bits=2-front-raycasting-host-linear\n\
+                    bonsai-s3dc-block=16,index_bits=4-front-raycasting-host-linear\n";
+    assert_eq!(list(&one), expected);
+    let other = list(&["--volume", "some/head.nrrd"]);
+    assert!(other.lines().count() == 28 && other.lines().all(|l| l.starts_with("head-")), "{other}");
+}

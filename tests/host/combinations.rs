@@ -1,0 +1,284 @@
+//! Every codec × settings × sample type × channels × renderer × site × filter × projection is generated and
+//! validated, or refused with a reason that stands in a table.
+//!
+//! Everything is enumerated from the registry and the codecs' own schemas: a new codec or renderer is tested the
+//! day it is registered.
+
+use std::collections::BTreeMap;
+
+use cvr::registry::{Names, renderers};
+use cvr_core::codec::{CodecInfo, Decoder, SettingKind, SettingValue, Settings, Site};
+use cvr_core::pipeline::{
+    Capabilities, CodecSweep, Document, Experiment, FilePath, PipelineAxes, Resolution, Sweep, Volume,
+    VolumeSource, resolve,
+};
+use cvr_core::render::{Camera, ControlPoint, Filter, Pass, Projection, Renderer, TransferFunction, View};
+use cvr_core::shader::{
+    BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, ShaderError, Source, TextureSampling,
+    generate,
+};
+use cvr_core::volume::{FrameIndex, Level, SampleType};
+use rayon::prelude::*;
+
+use super::configs::COMPARE;
+use super::volumes::{opened, varied};
+
+/// No multiple of any block.
+const SIZE: [u32; 3] = [7, 5, 6];
+
+/// The values of a setting that reach its ends.
+fn interesting(kind: &SettingKind) -> Vec<SettingValue> {
+    let texts = |texts: &[&str]| texts.iter().map(|t| SettingValue::Text((*t).to_owned())).collect();
+    match kind {
+        SettingKind::Integer { min, max } => [*min, *max].map(SettingValue::Integer).into(),
+        SettingKind::OneOf(numbers) => numbers.iter().map(|n| SettingValue::Integer(*n)).collect(),
+        SettingKind::Float { min, max } => [*min, *max].map(SettingValue::Float).into(),
+        SettingKind::Choice(words) => texts(words),
+        SettingKind::Boolean => [false, true].map(SettingValue::Boolean).into(),
+        SettingKind::Block { max } => texts(&["1", "3x5x2", "4", &max.to_string()]),
+    }
+}
+
+/// Everything that the registry offers, as one experiment.
+pub fn everything(names: &Names) -> Experiment {
+    let experiment = Document::parse("x.toml", COMPARE).unwrap().experiment(&names.known()).unwrap();
+    let sweep = |info: &CodecInfo| CodecSweep {
+        id: info.id.to_owned(),
+        sweeps: info
+            .settings
+            .iter()
+            .map(|s| Sweep { name: s.name.to_owned(), values: interesting(&s.kind) })
+            .collect(),
+    };
+    let source = VolumeSource::File { path: FilePath::literal("v.nrrd").unwrap(), raw: None };
+    Experiment {
+        volumes: vec![Volume { name: "v".to_owned(), source }],
+        codecs: names.codecs().iter().map(|codec| sweep(codec.info())).collect(),
+        pipeline: PipelineAxes {
+            renderers: renderers().iter().map(|r| r.id().to_owned()).collect(),
+            sites: Site::ALL.to_vec(),
+            filters: Filter::ALL.to_vec(),
+        },
+        ..experiment
+    }
+}
+
+pub fn view(filter: Filter, projection: Projection) -> View {
+    let point = |value, alpha| ControlPoint { value, rgba: [1.0, 0.5, 0.25, alpha] };
+    View {
+        size: [64, 48],
+        camera: Camera { projection, ..Camera::default() },
+        transfer_function: TransferFunction::new(vec![point(0.0, 0.0), point(100.0, 1.0)]).unwrap().into(),
+        step_voxels: 0.5,
+        termination: 0.999,
+        filter,
+    }
+}
+
+/// The voxel source of a decoder at a site.
+pub fn source<'a>(
+    codec: &'a str,
+    decoder: &'a dyn Decoder,
+    site: Site,
+    sampling: TextureSampling,
+) -> Source<'a> {
+    if site == Site::Host {
+        return Source::Texture { form: decoder.decoded_form(), sampling };
+    }
+    let shader =
+        decoder.shader().unwrap_or_else(|| panic!("{codec} offers the site inline without a shader"));
+    let resources = shader.resources(FrameIndex::FIRST).unwrap();
+    let size = |r: &cvr_core::codec::Resource<'_>| ResourceSize { name: r.name, words: r.words.len() as u64 };
+    let resources = resources.iter().map(size).collect();
+    Source::Inline { codec, module: shader.module(), resources, frame: FrameIndex::FIRST, level: Level::FULL }
+}
+
+/// The shader of the one pass of a picture.
+pub fn shader(
+    renderer: &dyn Renderer,
+    view: &View,
+    decoder: &dyn Decoder,
+    source: &Source<'_>,
+) -> Result<GeneratedShader, String> {
+    let plan = renderer.plan(view, decoder.layout()).map_err(|e| format!("renderer: {e}"))?;
+    let [Pass::Compute(pass)] = &plan.passes[..] else { panic!("{}: several passes", renderer.id()) };
+    let request = Request {
+        templates: &pass.templates,
+        entry: pass.entry,
+        bindings: pass.bindings,
+        layout: decoder.layout(),
+        source: source.clone(),
+        filter: Some(view.filter),
+        limits: BindingLimits::default(),
+    };
+    generate(&request).map_err(|ShaderError(problem)| format!("generator: {problem}"))
+}
+
+/// One codec with one set of settings under everything else: how often a shader was made, and what was refused.
+fn pictures(
+    names: &Names,
+    resolution: &Resolution,
+    codec: &str,
+    settings: &Settings,
+) -> BTreeMap<String, u32> {
+    let mut counts = BTreeMap::new();
+    for sample in SampleType::ALL {
+        for channels in [1, 3] {
+            let codec = names.codecs().get(codec).unwrap();
+            let decoder = opened(codec.as_ref(), settings, &varied(SIZE, sample, channels));
+            let cells =
+                resolution.cells.iter().filter(|c| c.codec == codec.info().id && c.settings == *settings);
+            for cell in cells {
+                let renderer = renderers().into_iter().find(|r| r.id() == cell.renderer).unwrap();
+                for projection in [Projection::Perspective, Projection::Orthographic] {
+                    for sampling in [TextureSampling::Hardware, TextureSampling::Manual] {
+                        if cell.site == Site::Inline && sampling == TextureSampling::Manual {
+                            continue; // there is no texture to sample
+                        }
+                        let source = source(&cell.codec, decoder.as_ref(), cell.site, sampling);
+                        let view = view(cell.filter, projection);
+                        let outcome = match shader(renderer.as_ref(), &view, decoder.as_ref(), &source) {
+                            Ok(_) => "generated".to_owned(),
+                            Err(problem) => problem,
+                        };
+                        let key = format!(
+                            "{} {} {} {}, {channels} channel(s): {outcome}",
+                            cell.codec, cell.renderer, cell.site, cell.filter
+                        );
+                        *counts.entry(key).or_default() += 1;
+                    }
+                }
+            }
+        }
+    }
+    counts
+}
+
+#[test]
+fn everything_is_generated_and_validated_or_refused_with_a_reason() {
+    let names = Names::new().unwrap();
+    let resolution = resolve(&everything(&names), &names.known(), &Capabilities::default());
+    let mut codecs: Vec<(&str, &Settings)> = Vec::new();
+    for cell in &resolution.cells {
+        if !codecs.contains(&(&cell.codec, &cell.settings)) {
+            codecs.push((&cell.codec, &cell.settings));
+        }
+    }
+    let of_codecs: Vec<BTreeMap<String, u32>> =
+        codecs.par_iter().map(|(codec, settings)| pictures(&names, &resolution, codec, settings)).collect();
+    let mut table: BTreeMap<String, u32> = BTreeMap::new();
+    for (key, count) in of_codecs.into_iter().flatten() {
+        *table.entry(key).or_default() += count;
+    }
+    for refusal in &resolution.refused {
+        let cell = &refusal.cell;
+        let key = format!(
+            "{} {} {} {}: refused, {}",
+            cell.codec, cell.renderer, cell.site, cell.filter, refusal.reason
+        );
+        *table.entry(key).or_default() += 1;
+    }
+    let lines: Vec<String> = table.iter().map(|(key, count)| format!("{count:4} × {key}")).collect();
+    insta::assert_snapshot!(lines.join("\n"));
+}
+
+/// Resolving refuses what could not be drawn, and nothing else: the generator, asked all the same, refuses too.
+#[test]
+fn the_generator_cannot_make_what_resolving_refuses() {
+    let names = Names::new().unwrap();
+    let resolution = resolve(&everything(&names), &names.known(), &Capabilities::default());
+    assert!(!resolution.refused.is_empty());
+    for refusal in &resolution.refused {
+        let cell = &refusal.cell;
+        let codec = names.codecs().get(&cell.codec).unwrap();
+        let decoder = opened(codec.as_ref(), &cell.settings, &varied(SIZE, SampleType::U8, 1));
+        let renderer = renderers().into_iter().find(|r| r.id() == cell.renderer).unwrap();
+        let source = source(&cell.codec, decoder.as_ref(), cell.site, TextureSampling::Hardware);
+        let view = view(cell.filter, Projection::Perspective);
+        let made = shader(renderer.as_ref(), &view, decoder.as_ref(), &source);
+        assert!(made.is_err(), "refused without need: {}: {}", cell.id(), refusal.reason);
+    }
+}
+
+#[test]
+fn what_the_machine_lacks_is_refused_with_its_reason() {
+    let names = Names::new().unwrap();
+    let experiment = everything(&names);
+    let all = resolve(&experiment, &names.known(), &Capabilities::default());
+    let missing = vec![(Site::Host, "this device has no 3-D textures".to_owned())];
+    let some = resolve(&experiment, &names.known(), &Capabilities { missing_sites: missing });
+    assert!(some.cells.iter().all(|c| c.site == Site::Inline) && !some.cells.is_empty());
+    assert_eq!(
+        some.cells.len() + some.refused.len(),
+        all.cells.len() + all.refused.len(),
+        "nothing vanishes"
+    );
+    let lacking =
+        some.refused.iter().filter(|r| r.reason.to_string().contains("this device has no 3-D textures"));
+    assert_eq!(lacking.count(), all.cells.iter().filter(|c| c.site == Site::Host).count());
+}
+
+/// Colour has no picture yet, but its snippets are generated: through the template that writes every voxel.
+#[test]
+fn every_snippet_is_valid_for_scalars_and_colour() {
+    let names = Names::new().unwrap();
+    let resolution = resolve(&everything(&names), &names.known(), &Capabilities::default());
+    let mut generated = 0;
+    let mut seen: Vec<(&str, &Settings)> = Vec::new();
+    for cell in resolution.cells.iter().filter(|c| c.site == Site::Inline) {
+        if seen.contains(&(&cell.codec, &cell.settings)) {
+            continue;
+        }
+        seen.push((&cell.codec, &cell.settings));
+        let codec = names.codecs().get(&cell.codec).unwrap();
+        for (sample, channels) in SampleType::ALL.into_iter().flat_map(|s| [(s, 1), (s, 3)]) {
+            let decoder = opened(codec.as_ref(), &cell.settings, &varied(SIZE, sample, channels));
+            let dumps = [Some(cvr_shaders::DUMP), codec.info().fetch_cell.then_some(cvr_shaders::DUMP_CELL)];
+            for template in dumps.into_iter().flatten() {
+                let request = Request {
+                    templates: &[template],
+                    entry: "dump",
+                    bindings: &[BindingKind::Dump],
+                    layout: decoder.layout(),
+                    source: source(&cell.codec, decoder.as_ref(), Site::Inline, TextureSampling::Manual),
+                    filter: None,
+                    limits: BindingLimits::default(),
+                };
+                let made = generate(&request).map(|shader| shader.wgsl);
+                let text = made.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
+                assert_eq!(text.contains("alias Voxel = vec3<f32>;"), channels == 3);
+                generated += 1;
+            }
+        }
+    }
+    assert!(generated >= 10 * names.codecs().iter().count(), "{generated} shaders");
+}
+
+/// The test of these tests: one letter off in a codec's snippet, and its shader is refused in its author's file.
+#[test]
+fn a_damaged_snippet_is_refused() {
+    let names = Names::new().unwrap();
+    for codec in names.codecs().iter() {
+        let id = codec.info().id;
+        let decoder =
+            opened(codec.as_ref(), &codec.info().default_settings(), &varied(SIZE, SampleType::U8, 1));
+        let whole = source(id, decoder.as_ref(), Site::Inline, TextureSampling::Manual);
+        let Source::Inline { module, resources, .. } = &whole else { panic!("inline was asked for") };
+        let renderer = &renderers()[0];
+        let view = view(Filter::Linear, Projection::Perspective);
+        for (from, to) in [
+            ("-> vec4<f32>", "-> vec3<f32>"),
+            ("{", ""),
+            (&*format!("fn {id}_fetch("), &*format!("fn {id}_fetc(")),
+        ] {
+            let damaged = module.source.replacen(from, to, 1);
+            assert_ne!(damaged, module.source);
+            let mut module = module.clone();
+            module.source = &damaged;
+            let (frame, level) = (FrameIndex::FIRST, Level::FULL);
+            let source = Source::Inline { codec: id, module, resources: resources.clone(), frame, level };
+            let problem = shader(renderer.as_ref(), &view, decoder.as_ref(), &source).unwrap_err();
+            assert!(problem.contains(id), "{problem}");
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! The configurations that come with the program, read and resolved with the codecs that it really has.
+
+use cvr::registry::Names;
+use cvr_core::pipeline::{Capabilities, Document, Experiment, Resolution, resolve};
+
+/// A configuration as issues and documentation show it, word for word.
+pub const COMPARE: &str = r##"[experiment]
+name = "compare"
+seed = 1
+
+[[volume]]
+name = "bonsai"
+file = "$CVR_DATA/bonsai.nrrd"      # or generate = "shepp-logan", dims = [128, 128, 128]
+
+[[codec]]
+id = "raw"
+[[codec]]
+id = "s3dc"
+block = [4, 8, "8x8x4"]             # a list is a sweep; an integer is a cube
+index_bits = [2, 4]
+
+[pipeline]                          # the product of all of these, minus refused pairs (with the reason in the report)
+renderer = ["raycasting"]
+site = ["inline", "host"]
+filter = ["nearest", "linear"]
+
+[[scene]]
+name = "front"
+size = [256, 256]
+camera = { azimuth = 30.0, elevation = 20.0, zoom = 1.0, projection = "perspective" }   # degrees; zoom 1 fits the volume
+transfer_function = [[40.0, "#00000000"], [60.0, "#3d7a2a20"], [120.0, "#c8a060c0"], [255.0, "#ffffffff"]]   # data value, RGBA
+step_voxels = 0.5
+"##;
+
+/// Reads and resolves a configuration; the error is the text that a user would see.
+pub fn resolved(name: &str, text: &str) -> Result<(Experiment, Resolution), String> {
+    let names = Names::new().unwrap();
+    let document = Document::parse(name, text).map_err(|e| e.to_string())?;
+    let experiment = document.experiment(&names.known()).map_err(|e| e.to_string())?;
+    let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
+    Ok((experiment, resolution))
+}
+
+/// Name and text of every configuration in `configs/`, sorted.
+fn configurations() -> Vec<(String, String)> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+    let mut all: Vec<(String, String)> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .map(|path| {
+            assert_eq!(path.extension().unwrap(), "toml", "{}: only configurations lie here", path.display());
+            let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+            (name, std::fs::read_to_string(path).unwrap())
+        })
+        .collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn every_configuration_resolves() {
+    let mut counts = Vec::new();
+    for (name, text) in configurations() {
+        let (experiment, resolution) = resolved(&name, &text).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(experiment.name, name, "an experiment bears the name of its file");
+        counts.push((name, resolution.cells.len(), resolution.refused.len()));
+    }
+    assert_eq!(counts, [("compare".to_owned(), 60, 0), ("quickstart".to_owned(), 24, 6)]);
+}
+
+#[test]
+fn the_quickstart_needs_no_file_and_says_why_combinations_are_refused() {
+    let (_, text) = configurations().into_iter().find(|(name, _)| name == "quickstart").unwrap();
+    let (experiment, resolution) = resolved("quickstart.toml", &text).unwrap();
+    for volume in &experiment.volumes {
+        cvr::experiment::volumes::load(volume, experiment.seed).unwrap();
+    }
+    let reasons: Vec<String> = resolution
+        .refused
+        .iter()
+        .map(|r| format!("{} {} {}: {}", r.cell.codec, r.cell.site, r.cell.filter, r.reason))
+        .collect();
+    insta::assert_snapshot!(reasons.join("\n"));
+}
+
+#[test]
+fn the_configuration_of_the_documentation_makes_28_cells() {
+    let (experiment, resolution) = resolved("compare.toml", COMPARE).unwrap_or_else(|e| panic!("{e}"));
+    // raw once, s3dc in 3 blocks × 2 widths; 2 sites × 2 filters.
+    assert_eq!((resolution.cells.len(), resolution.refused.len()), (28, 0));
+    assert_eq!((experiment.name.as_str(), experiment.seed), ("compare", 1));
+    let blocks: Vec<String> =
+        resolution.cells.iter().filter_map(|c| c.settings.get("block")).map(ToString::to_string).collect();
+    assert!(blocks.contains(&"8x8x4".to_owned()), "{blocks:?}");
+    let unique: std::collections::BTreeSet<String> = resolution.cells.iter().map(|c| c.id()).collect();
+    assert_eq!(unique.len(), 28, "each cell has a name of its own");
+}
+
+#[test]
+fn a_configuration_with_one_wrong_letter_does_not_resolve() {
+    for (right, wrong) in
+        [("step_voxels", "step_voxel"), ("s3dc", "s3bc"), ("8x8x4", "8x8"), ("host", "hots")]
+    {
+        let error = resolved("x.toml", &COMPARE.replace(right, wrong)).unwrap_err();
+        assert!(error.contains(wrong) && error.contains('^'), "{error}");
+    }
+}

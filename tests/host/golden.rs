@@ -1,0 +1,171 @@
+//! Golden pictures, drawn by the CPU mirror and never by a device: volumes × codecs × projections × filters.
+
+use std::sync::Arc;
+
+use cvr::input::Generator;
+use cvr::registry::{Names, renderer};
+use cvr_core::codec::{SettingValue, Settings};
+use cvr_core::metrics::{shifted, visible};
+use cvr_core::pipeline::parse_colour;
+use cvr_core::render::{
+    Camera, ControlPoint, DecodedFrame, Filter, Image, Projection, TransferFunction, View, Voxels as _,
+};
+use cvr_core::volume::{DenseVolume, FiniteVolume, FrameIndex, SampleType};
+
+use super::golden_files::Goldens;
+use super::volumes::{computed, opened, spaced};
+
+/// One golden picture.
+struct Golden {
+    volume: &'static str,
+    codec: &'static str,
+    projection: Projection,
+    filter: Filter,
+}
+
+fn all() -> Vec<Golden> {
+    let mut all = Vec::new();
+    for volume in ["marschner-lobb", "turbulence"] {
+        for codec in ["raw", "s3dc"] {
+            for projection in [Projection::Perspective, Projection::Orthographic] {
+                for filter in [Filter::Nearest, Filter::Linear] {
+                    all.push(Golden { volume, codec, projection, filter });
+                }
+            }
+        }
+    }
+    all
+}
+
+impl Golden {
+    fn name(&self) -> String {
+        let projection = match self.projection {
+            Projection::Perspective => "perspective",
+            Projection::Orthographic => "orthographic",
+        };
+        format!("{}-{}-{projection}-{}", self.volume, self.codec, self.filter)
+    }
+
+    fn original(&self) -> DenseVolume {
+        match self.volume {
+            "turbulence" => {
+                let volume = computed(Generator::Turbulence, [24, 32, 16], SampleType::U16);
+                spaced(&volume, [1.0, 0.75, 2.0])
+            }
+            _ => computed(Generator::MarschnerLobb, [32; 3], SampleType::U8),
+        }
+    }
+
+    fn decoded(&self) -> DecodedFrame {
+        let names = Names::new().unwrap();
+        let codec = names.codecs().get(self.codec).unwrap();
+        let settings: Settings = match self.codec {
+            "s3dc" => [("block", SettingValue::Integer(4)), ("index_bits", SettingValue::Integer(2))]
+                .map(|(name, value)| (name.to_owned(), value))
+                .into_iter()
+                .collect(),
+            _ => Settings::default(),
+        };
+        let volume = FiniteVolume::new(self.original());
+        let decoder = opened(codec.as_ref(), &settings, &volume);
+        DecodedFrame::decode(decoder.as_ref(), FrameIndex::FIRST).unwrap()
+    }
+
+    fn view(&self) -> View {
+        // Data values and colours: a surface in a haze.
+        let points: &[(f32, &str)] = match self.volume {
+            "turbulence" => &[
+                (22000.0, "#00000000"),
+                (30000.0, "#2060b010"),
+                (38000.0, "#f0a040a0"),
+                (65535.0, "#ffffffff"),
+            ],
+            _ => &[
+                (95.0, "#2060b000"),
+                (110.0, "#2060b030"),
+                (128.0, "#f0a040c0"),
+                (145.0, "#d0d8e040"),
+                (180.0, "#ffffff00"),
+            ],
+        };
+        let point = |(value, colour): &(f32, &str)| {
+            let ([r, g, b], alpha) = parse_colour(colour).unwrap();
+            ControlPoint { value: *value, rgba: [r, g, b, alpha.unwrap()] }
+        };
+        View {
+            size: [64, 64],
+            camera: Camera {
+                azimuth: 35.0,
+                elevation: 25.0,
+                projection: self.projection,
+                ..Camera::default()
+            },
+            transfer_function: Arc::new(TransferFunction::new(points.iter().map(point).collect()).unwrap()),
+            step_voxels: 0.5,
+            termination: 0.999,
+            filter: self.filter,
+        }
+    }
+
+    fn draw(&self, voxels: &DecodedFrame) -> Image {
+        let view = self.view();
+        let mut image = Image::new(view.size);
+        renderer("raycasting").unwrap().reference(&view, voxels, &mut image).unwrap();
+        image
+    }
+}
+
+/// The volume moved by one voxel along x; the first plane stays where it was.
+fn moved(voxels: &DecodedFrame) -> DecodedFrame {
+    let width = voxels.layout().extent.x() as usize;
+    let value = |i: usize| voxels.values()[if i.is_multiple_of(width) { i } else { i - 1 }];
+    DecodedFrame::new(voxels.layout().clone(), (0..voxels.values().len()).map(value).collect()).unwrap()
+}
+
+#[test]
+fn pictures_are_those_that_were_blessed() {
+    let goldens = Goldens::of_project();
+    let problems: Vec<String> = all()
+        .iter()
+        .filter_map(|golden| goldens.check(&golden.name(), &golden.draw(&golden.decoded())).err())
+        .collect();
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// Whether a picture breaks the rule; a golden that is missing is no difference.
+fn differs(goldens: &Goldens, name: &str, picture: &Image) -> bool {
+    goldens.check(name, picture).is_err_and(|problem| problem.contains("golden picture: "))
+}
+
+/// The test of the test: what is off by one pixel, or by one voxel, is another picture.
+#[test]
+fn a_shift_by_one_pixel_or_voxel_is_another_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let goldens = Goldens { failures: folder.path().join("failures"), bless: false, ..Goldens::of_project() };
+    for golden in all() {
+        let voxels = golden.decoded();
+        let picture = golden.draw(&voxels);
+        let name = golden.name();
+        for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+            assert!(differs(&goldens, &name, &shifted(&picture, dx, dy)), "{name}: {dx} {dy}");
+        }
+        assert!(differs(&goldens, &name, &golden.draw(&moved(&voxels))), "{name}: one voxel");
+    }
+}
+
+/// Goldens that were all alike would prove little.
+#[test]
+fn every_golden_shows_something_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let goldens = Goldens { failures: folder.path().join("failures"), bless: false, ..Goldens::of_project() };
+    let pictures: Vec<(String, Image)> = all().iter().map(|g| (g.name(), g.draw(&g.decoded()))).collect();
+    for (name, picture) in &pictures {
+        let seen = picture.pixels().iter().filter(|p| visible(p)).count();
+        assert!((500..3800).contains(&seen), "{name}: {seen} of 4096 pixels are visible");
+        for (other, _) in pictures.iter().filter(|(other, _)| other != name) {
+            assert!(differs(&goldens, other, picture), "{name} passes for {other}");
+        }
+    }
+    let files = std::fs::read_dir(&goldens.folder).unwrap().count();
+    assert_eq!(files, pictures.len(), "a file in {} belongs to no test", goldens.folder.display());
+}

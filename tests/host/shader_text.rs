@@ -1,0 +1,145 @@
+//! The generated text itself: it holds no more than the scene uses.
+
+use cvr::registry::{Names, renderer};
+use cvr_core::codec::{SettingValue, Settings, Site};
+use cvr_core::render::{Filter, Projection};
+use cvr_core::shader::TextureSampling;
+use cvr_core::volume::SampleType;
+
+use super::combinations::{shader, source, view};
+use super::volumes::{opened, varied};
+
+struct Scene {
+    codec: &'static str,
+    site: Site,
+    sampling: TextureSampling,
+    filter: Filter,
+    projection: Projection,
+}
+
+/// The paper's nearest access, in perspective.
+const S3DC: Scene = Scene {
+    codec: "s3dc",
+    site: Site::Inline,
+    sampling: TextureSampling::Manual,
+    filter: Filter::Nearest,
+    projection: Projection::Perspective,
+};
+
+fn text(scene: &Scene) -> String {
+    let names = Names::new().unwrap();
+    let codec = names.codecs().get(scene.codec).unwrap();
+    let settings: Settings = match scene.codec {
+        "s3dc" => [("block", SettingValue::Integer(4)), ("index_bits", SettingValue::Integer(2))]
+            .map(|(name, value)| (name.to_owned(), value))
+            .into_iter()
+            .collect(),
+        _ => Settings::default(),
+    };
+    let settings = settings.complete(codec.info()).unwrap();
+    let decoder = opened(codec.as_ref(), &settings, &varied([13, 17, 23], SampleType::U8, 1));
+    let source = source(scene.codec, decoder.as_ref(), scene.site, scene.sampling);
+    let raycasting = renderer("raycasting").unwrap();
+    let view = view(scene.filter, scene.projection);
+    shader(raycasting.as_ref(), &view, decoder.as_ref(), &source).unwrap().wgsl
+}
+
+/// The origins of the parts, in their order.
+fn parts(text: &str) -> Vec<&str> {
+    text.lines().filter_map(|line| line.strip_prefix("// ==== ")).collect()
+}
+
+/// Functions that nothing calls, directly or through others, from the entry point.
+fn unused(text: &str) -> Vec<String> {
+    let module = naga::front::wgsl::parse_str(text).unwrap();
+    let calls = |function: &naga::Function| {
+        let results = function.expressions.iter().filter_map(|(_, e)| match e {
+            naga::Expression::CallResult(callee) => Some(*callee),
+            _ => None,
+        });
+        results.collect::<Vec<_>>()
+    };
+    let mut used = std::collections::HashSet::new();
+    let mut open: Vec<_> = module.entry_points.iter().flat_map(|e| calls(&e.function)).collect();
+    while let Some(callee) = open.pop() {
+        if used.insert(callee) {
+            open.extend(calls(&module.functions[callee]));
+        }
+    }
+    let rest = module.functions.iter().filter(|(handle, _)| !used.contains(handle));
+    rest.filter_map(|(_, function)| function.name.clone()).collect()
+}
+
+#[test]
+fn a_projection_leaves_the_other_out() {
+    let perspective = text(&S3DC);
+    let orthographic = text(&Scene { projection: Projection::Orthographic, ..S3DC });
+    for (text, has, lacks) in
+        [(&perspective, "perspective", "orthographic"), (&orthographic, "orthographic", "perspective")]
+    {
+        let parts = parts(text);
+        assert!(parts.contains(&&*format!("shaders/camera/{has}.wgsl")), "{parts:?}");
+        assert!(!text.contains(lacks));
+        assert_eq!(text.matches("fn camera_ray(").count(), 1);
+    }
+}
+
+#[test]
+fn a_filter_leaves_the_others_out() {
+    let nearest = text(&S3DC);
+    assert!(nearest.contains("fn voxel_fetch(") && !nearest.contains("trilinear"));
+    let linear = text(&Scene { filter: Filter::Linear, ..S3DC });
+    assert!(linear.contains("fn trilinear(") && !linear.contains("voxel_cell"));
+    let optimised = text(&Scene { filter: Filter::OptimisedLinear, ..S3DC });
+    assert!(optimised.contains("fn trilinear(") && optimised.contains("fn voxel_cell("));
+    for text in [nearest, linear, optimised] {
+        assert_eq!(text.matches("fn volume_sample(").count(), 1);
+        assert!(!text.contains("texture"), "nothing is decoded beforehand");
+    }
+}
+
+#[test]
+fn a_decoded_texture_leaves_the_codec_out() {
+    let host =
+        Scene { site: Site::Host, filter: Filter::Linear, sampling: TextureSampling::Hardware, ..S3DC };
+    let hardware = text(&host);
+    assert!(hardware.contains("textureSampleLevel(") && !hardware.contains("voxel_fetch"));
+    assert!(!hardware.contains("trilinear"));
+    let manual = text(&Scene { sampling: TextureSampling::Manual, ..host });
+    assert!(manual.contains("fn trilinear(") && manual.contains("textureLoad("));
+    assert!(!manual.contains("sampler"));
+    for text in [hardware, manual] {
+        assert!(!text.contains("s3dc") && !text.contains("array<u32>"));
+    }
+}
+
+#[test]
+fn no_codec_names_another() {
+    assert!(!text(&S3DC).contains("raw_"));
+    assert!(!text(&Scene { codec: "raw", ..S3DC }).contains("s3dc_"));
+}
+
+/// All that generator and templates contribute is called. A codec's snippet comes as its author wrote it.
+#[test]
+fn templates_bring_no_function_that_nothing_calls() {
+    for filter in Filter::ALL {
+        for projection in [Projection::Perspective, Projection::Orthographic] {
+            let text = text(&Scene { filter, projection, ..S3DC });
+            let unused: Vec<String> = unused(&text).into_iter().filter(|n| !n.starts_with("s3dc_")).collect();
+            assert!(unused.is_empty(), "{filter}, {projection:?}: {unused:?}");
+        }
+    }
+}
+
+#[test]
+fn a_function_that_nothing_calls_is_noticed() {
+    let text = text(&S3DC);
+    let with_more = format!("{text}\nfn idle(x: f32) -> f32 {{\n    return x;\n}}\n");
+    assert!(unused(&with_more).contains(&"idle".to_owned()));
+    assert!(!unused(&text).contains(&"cast_ray".to_owned()));
+}
+
+#[test]
+fn a_whole_shader_is_what_it_should_be() {
+    insta::assert_snapshot!(text(&Scene { filter: Filter::Linear, ..S3DC }));
+}
