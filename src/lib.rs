@@ -2,6 +2,7 @@
 
 pub mod cli;
 pub mod commands;
+pub mod exit;
 pub mod experiment;
 pub mod input;
 pub mod progress;

@@ -11,7 +11,7 @@ use cvr_core::volume::{FrameIndex, ValueRange};
 use super::opened::Opened;
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_folder, is_container};
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::experiment::stage::RAW;
 use crate::experiment::target::{Target, VoxelSource};
 use crate::registry::{Names, renderer};

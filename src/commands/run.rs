@@ -9,7 +9,7 @@ use cvr_core::pipeline::{Capabilities, Experiment, Resolution, resolve};
 use super::check_config::print_refused;
 use super::config_file::ConfigFile;
 use super::volume_args::RawArgs;
-use crate::cli::{BadInput, SOME_FAILED};
+use crate::exit::{BadInput, SOME_FAILED};
 use crate::experiment::machine;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::{Record, Status};

@@ -4,7 +4,7 @@ use clap::Args;
 use cvr_core::pipeline::{Scene, TransferDomain, parse_colour};
 use cvr_core::render::{Camera, ControlPoint, Filter, Projection};
 
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 
 /// What to draw, and how.
 #[derive(Debug, Args)]

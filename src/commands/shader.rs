@@ -13,7 +13,7 @@ use super::opened::Opened;
 use super::scene_args::SceneArgs;
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, is_container};
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::experiment::volumes::LoadedVolume;
 use crate::input::{Generator, generate as generate_volume};
 use crate::registry::{Names, renderer};
