@@ -5,4 +5,6 @@ mod bad_files;
 mod failing_cell;
 mod help;
 mod lists;
+mod own_volume;
+mod rerun;
 mod round_trip;
