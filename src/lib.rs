@@ -1,5 +1,8 @@
 //! `cvr`, a workbench for compressed volume rendering: configure experiments, add codecs, compare fairly.
 
+#[macro_use]
+mod say;
+
 pub mod cli;
 pub mod commands;
 pub mod exit;

@@ -27,7 +27,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
     let config = ConfigFile::read(&args.config, &args.set, &names)?;
     let resolution = resolve(&config.experiment, &names.known(), &Capabilities::default());
-    println!("{}: {} cells", args.config.display(), resolution.cells.len());
+    say!("{}: {} cells", args.config.display(), resolution.cells.len());
     print_refused(&resolution);
     Ok(ExitCode::SUCCESS)
 }
@@ -35,6 +35,6 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
 /// Prints what cannot run, and why.
 pub fn print_refused(resolution: &Resolution) {
     for refusal in &resolution.refused {
-        println!("refused {}: {}", refusal.cell.id(), refusal.reason);
+        say!("refused {}: {}", refusal.cell.id(), refusal.reason);
     }
 }

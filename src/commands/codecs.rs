@@ -14,18 +14,18 @@ use crate::registry::codecs;
 pub fn run() -> Result<ExitCode, BadInput> {
     for codec in codecs()?.iter() {
         let info = codec.info();
-        println!("{}  {}", info.id, info.summary);
+        say!("{}  {}", info.id, info.summary);
         if let Some(paper) = info.paper {
-            println!("    {}: {}. {}.", paper.authors, paper.title, paper.venue);
+            say!("    {}: {}. {}.", paper.authors, paper.title, paper.venue);
         }
         let sites: Vec<&str> = info.sites.iter().copied().map(Site::name).collect();
         let cell = if info.fetch_cell { "; filter optimised-linear" } else { "" };
-        println!("    sites: {}{cell}; stream version {}", sites.join(", "), info.stream_version);
+        say!("    sites: {}{cell}; stream version {}", sites.join(", "), info.stream_version);
         for setting in info.settings {
-            println!("    {} = {}", setting.name, setting.default);
-            println!("        {} ({})", setting.doc, setting.kind.describe());
+            say!("    {} = {}", setting.name, setting.default);
+            say!("        {} ({})", setting.doc, setting.kind.describe());
         }
-        println!();
+        say!("");
     }
     Ok(ExitCode::SUCCESS)
 }

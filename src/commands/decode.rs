@@ -7,7 +7,7 @@ use cvr_core::codec::decode_frame;
 use cvr_core::volume::{DenseVolume, FrameIndex, NoReferences, SampleType, Samples};
 
 use super::opened::Opened;
-use super::volume_args::check_folder;
+use super::volume_args::check_output;
 use crate::exit::BadInput;
 use crate::input::write_nrrd;
 use crate::registry::Names;
@@ -29,7 +29,7 @@ pub struct Args {
 /// # Errors
 /// When arguments, container or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
-    check_folder(&args.out)?;
+    check_output(&args.out, &args.container)?;
     let opened = Opened::open(&args.container, &Names::new()?)?;
     let mut layout = opened.decoder.layout().clone();
     let values = decode_frame(opened.decoder.as_ref(), FrameIndex::FIRST, &NoReferences)?;
@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     }
     let volume = DenseVolume::new(layout.clone(), to_samples(layout.sample, values)).map_err(BadInput)?;
     write_nrrd(&args.out, &volume)?;
-    println!("{}: {} voxels of {}", args.out.display(), layout.extent, layout.sample);
+    say!("{}: {} voxels of {}", args.out.display(), layout.extent, layout.sample);
     Ok(ExitCode::SUCCESS)
 }
 

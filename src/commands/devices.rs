@@ -11,8 +11,8 @@ use crate::exit::{BadInput, SOME_FAILED};
 pub fn run() -> Result<ExitCode, BadInput> {
     let adapters = cvr_engine::list_adapters();
     for (i, adapter) in adapters.iter().enumerate() {
-        println!("#{i}  {adapter}");
+        say!("#{i}  {adapter}");
     }
-    println!("cpu  the CPU mirror, always there");
+    say!("cpu  the CPU mirror, always there");
     Ok(if adapters.is_empty() { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
 }

@@ -7,7 +7,7 @@ use cvr_core::codec::encode_file;
 use cvr_core::volume::BrickSource;
 
 use super::settings_args::settings;
-use super::volume_args::{RawArgs, check_folder};
+use super::volume_args::{RawArgs, check_output};
 use crate::exit::BadInput;
 use crate::progress::VoxelBar;
 use crate::registry::Names;
@@ -37,16 +37,16 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
     let codec = names.codecs().get(&args.codec)?;
     let settings = settings(codec.info(), &args.set)?;
-    check_folder(&args.out)?;
+    check_output(&args.out, &args.volume)?;
     let volume = args.raw.load(&args.volume)?.volume;
     let bar = VoxelBar::new(volume.layout().voxels());
     let written =
         encode_file(codec.as_ref(), &settings, &volume, volume.replaced(), &args.out, &bar.progress())?;
     bar.finish();
     let bits = written.file_bytes as f64 * 8.0 / volume.layout().voxels() as f64;
-    println!("{}: {} bytes, {bits:.3} bits per voxel", args.out.display(), written.file_bytes);
+    say!("{}: {} bytes, {bits:.3} bits per voxel", args.out.display(), written.file_bytes);
     if volume.replaced().total() > 0 {
-        println!("{} samples were no usable numbers and were replaced", volume.replaced().total());
+        say!("{} samples were no usable numbers and were replaced", volume.replaced().total());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -30,48 +30,45 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         let loaded = args.raw.load(&args.file)?;
         layout(loaded.volume.layout());
         let range = loaded.volume.range();
-        println!("range      {} to {}", range.min, range.max);
+        say!("range      {} to {}", range.min, range.max);
         let replaced = loaded.volume.replaced();
         if replaced.total() > 0 {
-            println!(
+            say!(
                 "unusable   {} NaN, {} infinite, {} subnormal samples",
-                replaced.nan, replaced.infinite, replaced.subnormal
+                replaced.nan,
+                replaced.infinite,
+                replaced.subnormal
             );
         }
-        println!("blake3     {}", loaded.provenance.blake3);
+        say!("blake3     {}", loaded.provenance.blake3);
     }
     Ok(ExitCode::SUCCESS)
 }
 
 fn layout(layout: &VolumeLayout) {
     let [x, y, z] = layout.spacing;
-    println!("dims       {}", layout.extent);
-    println!("samples    {}, {} per voxel, {} frame(s)", layout.sample, layout.channels, layout.frames);
-    println!("spacing    {x} {y} {z}");
-    println!("bytes      {} uncompressed", layout.bytes());
+    say!("dims       {}", layout.extent);
+    say!("samples    {}, {} per voxel, {} frame(s)", layout.sample, layout.channels, layout.frames);
+    say!("spacing    {x} {y} {z}");
+    say!("bytes      {} uncompressed", layout.bytes());
 }
 
 fn container(args: &Args) -> Result<(), BadInput> {
     let Opened { stream, decoder, .. } = Opened::open(&args.file, &Names::new()?)?;
     let spec = stream.spec();
-    println!("codec      {} (stream version {})", spec.codec, spec.stream_version);
-    println!("settings   {}", spec.settings);
+    say!("codec      {} (stream version {})", spec.codec, spec.stream_version);
+    say!("settings   {}", spec.settings);
     layout(decoder.layout());
     let bits = stream.file_bytes() as f64 * 8.0 / spec.layout.voxels() as f64;
-    println!("file       {} bytes, {bits:.3} bits per voxel", stream.file_bytes());
+    say!("file       {} bytes, {bits:.3} bits per voxel", stream.file_bytes());
     if let Some(bound) = spec.report.error_bound {
-        println!("bound      no sample is off by more than {bound}");
+        say!("bound      no sample is off by more than {bound}");
     }
     for note in &spec.report.notes {
-        println!("note       {note}");
+        say!("note       {note}");
     }
     for (name, tensor) in &spec.tensors {
-        println!(
-            "tensor     {name}: {} {:?}, crc32c {:08x}",
-            tensor.element.name(),
-            tensor.shape,
-            tensor.crc32c
-        );
+        say!("tensor     {name}: {} {:?}, crc32c {:08x}", tensor.element.name(), tensor.shape, tensor.crc32c);
     }
     Ok(())
 }

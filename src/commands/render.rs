@@ -5,12 +5,13 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site, encode_temporary};
+use cvr_core::pipeline::unsupported;
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, ValueRange};
 
 use super::opened::Opened;
 use super::scene_args::SceneArgs;
-use super::volume_args::{RawArgs, check_folder, is_container};
+use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::BadInput;
 use crate::experiment::stage::RAW;
 use crate::experiment::target::{Target, VoxelSource};
@@ -43,7 +44,7 @@ pub struct Args {
 /// # Errors
 /// When arguments, file, device or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
-    check_folder(&args.out)?;
+    check_output(&args.out, &args.file)?;
     let names = Names::new()?;
     let known = || {
         BadInput(format!(
@@ -55,6 +56,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let renderer = renderer(&args.renderer).ok_or_else(known)?;
     let scene = args.scene.scene()?;
     let (codec, decoder) = open(args, &names)?;
+    if let Some(reason) = unsupported(names.codecs().get(&codec)?.info(), args.site, args.scene.filter) {
+        return Err(BadInput(reason.to_string()));
+    }
     let frame = Arc::new(DecodedFrame::decode(decoder.as_ref(), FrameIndex::FIRST)?);
     let range = ValueRange::of(frame.values().iter().copied()).unwrap_or(ValueRange { min: 0.0, max: 0.0 });
     let target = Target::open(&args.device)?;
@@ -65,7 +69,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), host };
     let picture = target.picture(renderer.as_ref(), &scene.view(range, args.scene.filter)?, &source)?;
     picture.image()?.write_png(&args.out, scene.background)?;
-    println!("{}: {} on {}", args.out.display(), args.renderer, target.name());
+    say!("{}: {} on {}", args.out.display(), args.renderer, target.name());
     Ok(ExitCode::SUCCESS)
 }
 

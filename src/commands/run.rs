@@ -58,7 +58,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     if args.list_cells {
         for cell in &resolution.cells {
-            println!("{}", cell.id());
+            say!("{}", cell.id());
         }
         print_refused(&resolution);
         return Ok(ExitCode::SUCCESS);
@@ -144,14 +144,14 @@ fn summary(folder: &Path, outcome: &Outcome, resolution: &Resolution, start: Ins
         let Record { volume, codec, settings, site, filter, scene, .. } = record;
         eprintln!("failed: {volume} {codec} {settings} {site} {filter} {scene}: {problem}");
     }
-    println!(
+    say!(
         "{} cells: {} ok, {failed} failed; {} combinations refused; {:.0} s",
         outcome.records.len(),
         outcome.records.len() - failed,
         resolution.refused.len(),
         start.elapsed().as_secs_f64()
     );
-    println!("report: {}", folder.join("report.html").display());
+    say!("report: {}", folder.join("report.html").display());
 }
 
 /// An experiment's name as that of a folder.

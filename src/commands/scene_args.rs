@@ -49,6 +49,11 @@ impl SceneArgs {
         if !positive(self.zoom) || !positive(f64::from(self.step_voxels)) {
             return Err(BadInput("--zoom and --step-voxels must be positive".to_owned()));
         }
+        if !self.azimuth.is_finite() || !(-90.0..=90.0).contains(&self.elevation) {
+            return Err(BadInput(
+                "--azimuth and --elevation are angles, the latter from -90 to 90".to_owned(),
+            ));
+        }
         let projection = if self.orthographic { Projection::Orthographic } else { Projection::Perspective };
         let camera = Camera {
             azimuth: self.azimuth,

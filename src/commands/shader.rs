@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let (codec, decoder) = open(args, &names)?;
     let range = ValueRange { min: 0.0, max: 1.0 };
     let plan = renderer.plan(&args.scene.scene()?.view(range, args.scene.filter)?, decoder.layout())?;
-    print!("{}", text(args, &codec, decoder.as_ref(), &plan)?);
+    say!("{}", text(args, &codec, decoder.as_ref(), &plan)?.trim_end());
     Ok(ExitCode::SUCCESS)
 }
 

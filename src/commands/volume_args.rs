@@ -81,8 +81,12 @@ pub fn is_container(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("cvr"))
 }
 
-/// The folder that a file is to stand in must exist; a message beforehand beats one after a long run.
-pub fn check_folder(path: &Path) -> Result<(), BadInput> {
+/// The folder that a file is to stand in must exist, and the file be another than the one that is read; a message
+/// beforehand beats one after a long run.
+pub fn check_output(path: &Path, input: &Path) -> Result<(), BadInput> {
+    if path.canonicalize().is_ok_and(|path| input.canonicalize().is_ok_and(|input| input == path)) {
+        return Err(BadInput(format!("{} is the input: write to another file", path.display())));
+    }
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() && !parent.is_dir() => {
             Err(BadInput(format!("{}: the folder {} does not exist", path.display(), parent.display())))

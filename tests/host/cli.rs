@@ -5,4 +5,7 @@ mod bad_files;
 mod failing_cell;
 mod help;
 mod lists;
+mod output;
+mod own_volume;
+mod rerun;
 mod round_trip;

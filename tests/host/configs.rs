@@ -92,7 +92,8 @@ fn the_configuration_of_the_documentation_makes_28_cells() {
     let blocks: Vec<String> =
         resolution.cells.iter().filter_map(|c| c.settings.get("block")).map(ToString::to_string).collect();
     assert!(blocks.contains(&"8x8x4".to_owned()), "{blocks:?}");
-    let unique: std::collections::BTreeSet<String> = resolution.cells.iter().map(|c| c.id()).collect();
+    let unique: std::collections::BTreeSet<String> =
+        resolution.cells.iter().map(cvr_core::pipeline::Cell::id).collect();
     assert_eq!(unique.len(), 28, "each cell has a name of its own");
 }
 

@@ -32,7 +32,12 @@ pub fn varied(size: [u32; 3], sample: SampleType, channels: u32) -> FiniteVolume
 
 /// A computed volume.
 pub fn computed(generator: Generator, size: [u32; 3], sample: SampleType) -> DenseVolume {
-    generate(generator, Extent::try_from(size).unwrap(), sample, 1).unwrap()
+    seeded(generator, size, sample, 1)
+}
+
+/// A computed volume of a seed.
+pub fn seeded(generator: Generator, size: [u32; 3], sample: SampleType, seed: u64) -> DenseVolume {
+    generate(generator, Extent::try_from(size).unwrap(), sample, seed).unwrap()
 }
 
 /// The same samples at another spacing.

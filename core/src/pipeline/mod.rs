@@ -27,5 +27,5 @@ pub use config::{
 pub use document::Document;
 pub use file_path::{FilePath, FilePathError, UnsetVariable};
 pub use parse::{InvalidExperiment, Known};
-pub use resolve::{Capabilities, Reason, Refusal, Resolution, resolve};
+pub use resolve::{Capabilities, Reason, Refusal, Resolution, resolve, unsupported};
 pub use scene::{Scene, TransferDomain};

@@ -117,7 +117,7 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
                     let reason = repeated
                         .or_else(|| codec.problem.clone())
                         .or_else(|| renderer_problem(renderer, known))
-                        .or_else(|| capability_problem(codec.info, site, filter))
+                        .or_else(|| codec.info.and_then(|info| unsupported(info, site, filter)))
                         .or_else(|| site_problem(site, capabilities));
                     match reason {
                         Some(reason) => resolution.refused.push(Refusal { cell, reason }),
@@ -179,9 +179,9 @@ fn renderer_problem(renderer: &str, known: &Known<'_>) -> Option<Reason> {
     (!known.renderers.contains(&renderer)).then(missing)
 }
 
-/// What the codec says of itself rules out.
-fn capability_problem(info: Option<&CodecInfo>, site: Site, filter: Filter) -> Option<Reason> {
-    let info = info?;
+/// Why a codec cannot be drawn at a site under a filter, by what it says of itself; `None` when it can.
+#[must_use]
+pub fn unsupported(info: &CodecInfo, site: Site, filter: Filter) -> Option<Reason> {
     if !info.sites.contains(&site) {
         let offered = info.sites.to_vec();
         return Some(Reason::Site { codec: info.id.to_owned(), site, offered });

@@ -1,0 +1,107 @@
+//! Where output goes: files that cannot be written, and a reader that has gone.
+
+use std::process::{Command, Stdio};
+
+use cvr::input::Generator;
+use cvr_core::volume::SampleType;
+
+use super::super::folder::Folder;
+use super::super::volumes::computed;
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.volume("v.nrrd", &computed(Generator::Turbulence, [6; 3], SampleType::U8));
+    folder.cvr(&["encode", "v.nrrd", "v.cvr", "--codec", "raw"]).exits(0);
+    folder
+}
+
+#[test]
+fn the_input_is_never_overwritten() {
+    let folder = folder();
+    let before = [folder.read("v.nrrd"), folder.read("v.cvr")];
+    for arguments in [
+        &["encode", "v.nrrd", "v.nrrd", "--codec", "raw"][..],
+        &["encode", "v.nrrd", "./v.nrrd", "--codec", "raw"],
+        &["decode", "v.cvr", "v.cvr"],
+        &["render", "v.nrrd", "v.nrrd", "--device", "cpu"],
+    ] {
+        let message = folder.cvr(arguments).refused();
+        assert!(message.contains("is the input"), "{message}");
+        assert_eq!([folder.read("v.nrrd"), folder.read("v.cvr")], before, "{arguments:?}");
+    }
+    folder.cvr(&["encode", "v.nrrd", "v.cvr", "--codec", "s3dc"]).exits(0);
+    assert_ne!(folder.read("v.cvr"), before[1], "an older output is replaced");
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_named() {
+    let folder = folder();
+    std::fs::create_dir(folder.path("taken")).unwrap();
+    folder.write("x.toml", super::super::configs::COMPARE);
+    for arguments in [
+        &["encode", "v.nrrd", "taken", "--codec", "raw"][..],
+        &["decode", "v.cvr", "taken"],
+        &["render", "v.cvr", "taken", "--device", "cpu", "--size", "4x4"],
+    ] {
+        let message = folder.cvr(arguments).refused();
+        assert!(message.contains("taken"), "{arguments:?}: {message}");
+    }
+    let run = ["run", "x.toml", "--volume", "v.nrrd", "--device", "cpu", "--out", "v.cvr"];
+    let message = folder.cvr(&run).refused();
+    assert!(message.contains("v.cvr"), "{message}");
+    assert_eq!(folder.names(), ["taken", "v.cvr", "v.nrrd", "x.toml"]);
+}
+
+#[test]
+fn a_reader_that_has_gone_is_no_error() {
+    let folder = folder();
+    for arguments in [&["codecs"][..], &["shader"], &["info", "v.cvr"], &["info", "v.nrrd"]] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = Command::new(env!("CARGO_BIN_EXE_cvr"))
+            .args(arguments)
+            .current_dir(folder.root())
+            .stdout(writer)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), &*said), (Some(0), ""), "{arguments:?}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_an_error() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_cvr")).arg("codecs").stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stderr).unwrap().starts_with("error: standard output: "));
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_on_the_mirror_too() {
+    let folder = folder();
+    let draw = |more: &[&str]| {
+        let draw = ["render", "v.cvr", "v.png", "--device", "cpu", "--size", "8x8"];
+        folder.cvr(&[&draw[..], more].concat())
+    };
+    let message = draw(&["--filter", "optimised-linear"]).refused();
+    assert!(message.contains("codec raw has no fetch_cell"), "{message}");
+    for wrong in [
+        &["--azimuth", "nan"][..],
+        &["--azimuth", "inf"],
+        &["--elevation", "91"],
+        &["--zoom", "0"],
+        &["--step-voxels", "-1"],
+        &["--transfer-function", "nan:#ffffffff,1:#ffffffff"],
+        &["--transfer-function", "1:#ffffffff"],
+        &["--renderer", "raytracing"],
+    ] {
+        draw(wrong).refused();
+    }
+    folder.cvr(&["encode", "v.nrrd", "v.cvr", "--codec", "s3dc"]).exits(0);
+    draw(&["--filter", "optimised-linear", "--site", "host"]).refused();
+    assert!(!folder.path("v.png").exists());
+    draw(&["--filter", "optimised-linear"]).exits(0);
+}
