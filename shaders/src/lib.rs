@@ -6,6 +6,7 @@
 //! ```text
 //! raycasting/raycasting.wgsl  → camera_ray, volume_sample, classify, opacity_over
 //! filter/*.wgsl               → voxel_fetch, voxel_cell
+//! deferred/decode.wgsl        → voxel_fetch, voxel_channel, texel_of
 //! source/texture.wgsl or a codec's snippet → what voxel_fetch returns
 //! ```
 
@@ -63,4 +64,14 @@ templates! {
     DUMP = "dump/dump.wgsl";
     /// Every voxel through `voxel_cell`.
     DUMP_CELL = "dump/dump_cell.wgsl";
+    /// A slab of a frame through `voxel_fetch`, into the words of a texture: the site *deferred*.
+    DEFERRED_DECODE = "deferred/decode.wgsl";
+    /// Texels of 8 bits over 0..1.
+    TEXEL_UNORM8 = "deferred/texel_unorm8.wgsl";
+    /// Texels of 16 bits over 0..1.
+    TEXEL_UNORM16 = "deferred/texel_unorm16.wgsl";
+    /// Texels in half precision.
+    TEXEL_FLOAT16 = "deferred/texel_float16.wgsl";
+    /// Texels in single precision.
+    TEXEL_FLOAT32 = "deferred/texel_float32.wgsl";
 }

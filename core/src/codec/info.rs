@@ -10,19 +10,23 @@ use serde::{Deserialize, Serialize};
 pub enum Site {
     /// In the shader, at every fetch.
     Inline,
+    /// On the device, a whole frame at once by the shader of [`Site::Inline`], into a texture. The CPU mirror, which has
+    /// no textures, decodes a frame as at [`Site::Host`].
+    Deferred,
     /// On the CPU, into a texture.
     Host,
 }
 
 impl Site {
     /// All sites that a pipeline may name.
-    pub const ALL: [Self; 2] = [Self::Inline, Self::Host];
+    pub const ALL: [Self; 3] = [Self::Inline, Self::Deferred, Self::Host];
 
     /// Name used in TOML and in records.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Inline => "inline",
+            Self::Deferred => "deferred",
             Self::Host => "host",
         }
     }
@@ -54,7 +58,7 @@ pub struct CodecInfo {
     pub summary: &'static str,
     /// Version of the stream that the encoder writes; decoders read it and all earlier ones.
     pub stream_version: u32,
-    /// Where its volumes can be decoded.
+    /// Where its volumes can be decoded, apart from what follows by itself: see [`CodecInfo::offers`].
     pub sites: &'static [Site],
     /// Whether the snippet declares `<id>_fetch_cell`, which filter `optimised-linear` needs.
     pub fetch_cell: bool,
@@ -69,6 +73,19 @@ impl CodecInfo {
     #[must_use]
     pub fn default_settings(&self) -> Settings {
         self.settings.iter().map(|s| (s.name.to_owned(), SettingValue::from(s.default))).collect()
+    }
+
+    /// Whether its volumes can be decoded there. Whoever decodes one voxel in a shader decodes all of them, so that
+    /// *deferred* comes with *inline*.
+    #[must_use]
+    pub fn offers(&self, site: Site) -> bool {
+        let needed = if site == Site::Deferred { Site::Inline } else { site };
+        self.sites.contains(&site) || self.sites.contains(&needed)
+    }
+
+    /// All sites where its volumes can be decoded, in the order of [`Site::ALL`].
+    pub fn offered(&self) -> impl Iterator<Item = Site> {
+        Site::ALL.into_iter().filter(|site| self.offers(*site))
     }
 
     /// The setting of this name.

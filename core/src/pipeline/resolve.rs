@@ -182,8 +182,8 @@ fn renderer_problem(renderer: &str, known: &Known<'_>) -> Option<Reason> {
 /// Why a codec cannot be drawn at a site under a filter, by what it says of itself; `None` when it can.
 #[must_use]
 pub fn unsupported(info: &CodecInfo, site: Site, filter: Filter) -> Option<Reason> {
-    if !info.sites.contains(&site) {
-        let offered = info.sites.to_vec();
+    if !info.offers(site) {
+        let offered = info.offered().collect();
         return Some(Reason::Site { codec: info.id.to_owned(), site, offered });
     }
     match filter {

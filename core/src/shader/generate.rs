@@ -5,7 +5,8 @@ use cvr_shaders as shaders;
 use super::lint::{self, Snippet};
 use super::origin::Mapped;
 use super::text::{self, Text};
-use super::{BindingKind, GeneratedShader, Request, ShaderError, Source, TextureSampling};
+use super::{Binding, BindingKind, GeneratedShader, Request, ShaderError, Source, TextureSampling};
+use crate::codec::TexelFormat;
 use crate::render::Filter;
 
 /// Generates, parses, lints and validates a shader.
@@ -30,6 +31,11 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
     for template in request.templates {
         out.template(*template);
     }
+    for kind in request.bindings {
+        if let BindingKind::Texels(format) = kind {
+            out.template(texel(*format));
+        }
+    }
     filter(&mut out, request)?;
 
     let mut snippet = None;
@@ -39,7 +45,8 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
             let cell = by_cells || calls("voxel_cell(");
             // The other filters fetch single voxels.
             let fetch = request.filter.is_some() && !by_cells || calls("voxel_fetch(");
-            let storage_used = bindings.iter().filter(|b| b.kind != BindingKind::View).count() as u32;
+            let uniform = |b: &&Binding| matches!(b.kind, BindingKind::View | BindingKind::Slab);
+            let storage_used = (bindings.len() - bindings.iter().filter(uniform).count()) as u32;
             let (accessors, parts) =
                 text::resource_accessors(codec, resources, request.limits, storage_used)?;
             bindings.extend(parts);
@@ -65,6 +72,16 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
         }
     }
     prove(out, request, snippet.as_ref(), bindings)
+}
+
+/// How a value becomes the bits of a texel.
+const fn texel(format: TexelFormat) -> shaders::Template {
+    match format {
+        TexelFormat::Unorm8 => shaders::TEXEL_UNORM8,
+        TexelFormat::Unorm16 => shaders::TEXEL_UNORM16,
+        TexelFormat::Float16 => shaders::TEXEL_FLOAT16,
+        TexelFormat::Float32 => shaders::TEXEL_FLOAT32,
+    }
 }
 
 /// What the generator declares for a snippet, in words.
@@ -106,7 +123,7 @@ fn prove(
     out: Text,
     request: &Request<'_>,
     snippet: Option<&Snippet<'_>>,
-    bindings: Vec<super::Binding>,
+    bindings: Vec<Binding>,
 ) -> Result<GeneratedShader, ShaderError> {
     let provided = provided(&request.source);
     let mapped = Mapped { wgsl: &out.wgsl, segments: &out.segments, provided: &provided };

@@ -4,6 +4,7 @@
 //! bindings and accessors, parses the whole with naga, holds the snippet to its contract, validates, and maps
 //! every error back to the author's own file and line.
 
+mod deferred;
 mod generate;
 mod lint;
 mod origin;
@@ -12,6 +13,7 @@ mod request;
 mod tests;
 mod text;
 
+pub use deferred::{generate_decode, voxels_per_invocation};
 pub use generate::generate;
 pub use origin::{Origin, Segment, ShaderError};
 pub use request::{

@@ -1,7 +1,7 @@
 //! What the generator is asked, and what it answers.
 
 use super::Segment;
-use crate::codec::{DecodedForm, Resource, WgslModule};
+use crate::codec::{DecodedForm, Resource, TexelFormat, WgslModule};
 use crate::render::{Filter, Template};
 use crate::volume::{FrameIndex, Level, VolumeLayout};
 
@@ -13,7 +13,7 @@ pub struct Request<'a> {
     /// Entry point that one of them declares.
     pub entry: &'a str,
     /// The bindings that the template uses, of the kinds [`BindingKind::View`], [`BindingKind::TransferTable`],
-    /// [`BindingKind::Image`] and [`BindingKind::Dump`].
+    /// [`BindingKind::Image`], [`BindingKind::Dump`], [`BindingKind::Slab`] and [`BindingKind::Texels`].
     pub bindings: &'a [BindingKind],
     /// Shape of the volume.
     pub layout: &'a VolumeLayout,
@@ -103,6 +103,10 @@ pub enum BindingKind {
     Image,
     /// Storage `dump: array<f32>`, written: all voxels of a frame, x fastest, channels interleaved.
     Dump,
+    /// Uniform `slab`: the struct `Slab` of the template that decodes a frame.
+    Slab,
+    /// Storage `texels: array<u32>`, written: texels of this format in rows, as a copy into a texture wants them.
+    Texels(TexelFormat),
     /// Read-only storage: words `first..first + words` of a codec's buffer.
     Words {
         /// Index of the buffer among the codec's resources.

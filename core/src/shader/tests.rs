@@ -169,3 +169,33 @@ fn everything_else_that_breaks_the_contract_is_refused() {
     // A comment that mentions what is forbidden harms nothing.
     dump(&format!("// @group pow\n/* var<private> x */\n{SNIPPET}")).unwrap();
 }
+
+fn decode(channels: u32, format: crate::codec::TexelFormat) -> String {
+    let constants = vec![Constant { name: "edge", value: ConstantValue::U32(8) }];
+    let source = Source::Inline {
+        codec: "toy",
+        module: WgslModule { file: "toy/decode.wgsl", source: SNIPPET, constants },
+        resources: vec![ResourceSize { name: "data", words: 512 }],
+        frame: FrameIndex::FIRST,
+        level: Level::FULL,
+    };
+    let layout = VolumeLayout { channels, ..layout() };
+    let shader = generate_decode(&source, &layout, format, BindingLimits::default()).unwrap();
+    let kinds: Vec<_> = shader.bindings.into_iter().map(|b| (b.group, b.kind)).collect();
+    let words = BindingKind::Words { resource: 0, first: 0, words: 512 };
+    assert_eq!(kinds, [(0, BindingKind::Slab), (0, BindingKind::Texels(format)), (1, words)]);
+    shader.wgsl
+}
+
+#[test]
+fn a_decode_pass_is_what_it_should_be() {
+    use crate::codec::TexelFormat::{Float16, Float32, Unorm8, Unorm16};
+    insta::assert_snapshot!(decode(1, Unorm8));
+    for format in [Unorm8, Unorm16, Float16, Float32] {
+        let [scalar, colour] = [1, 3].map(|channels| decode(channels, format));
+        assert!(scalar.contains(&format!("const texel_bits: u32 = {}u;", 8 * format.bytes())));
+        assert!(colour.contains("alias Voxel = vec3<f32>;"));
+        assert_eq!(voxels_per_invocation(format, 1) as usize, 4 / format.bytes());
+        assert_eq!(voxels_per_invocation(format, 3), 1);
+    }
+}

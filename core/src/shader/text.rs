@@ -111,6 +111,8 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
             BindingKind::TransferTable => "var<storage, read> transfer_table: array<vec4<f32>>;",
             BindingKind::Image => "var<storage, read_write> image: array<vec4<f32>>;",
             BindingKind::Dump => "var<storage, read_write> dump_values: array<f32>;",
+            BindingKind::Slab => "var<uniform> slab: Slab;",
+            BindingKind::Texels(_) => "var<storage, read_write> texels: array<u32>;",
             BindingKind::Words { .. } | BindingKind::VolumeTexture { .. } | BindingKind::VolumeSampler => {
                 continue;
             }

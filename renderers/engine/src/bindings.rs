@@ -14,7 +14,9 @@ pub(crate) struct Supplies<'a> {
     pub(crate) view: &'a [u8],
     /// `transfer_table`.
     pub(crate) table: &'a [[f32; 4]],
-    /// `image` or `dump`: what the shader writes.
+    /// The uniform `slab`.
+    pub(crate) slab: Option<&'a wgpu::Buffer>,
+    /// `image`, `dump` or `texels`: what the shader writes.
     pub(crate) output: Option<&'a wgpu::Buffer>,
     /// The codec's buffers.
     pub(crate) buffers: &'a [Resource<'a>],
@@ -154,7 +156,8 @@ fn resident(
             let table = bytemuck::cast_slice(supplies.table);
             Resident::Buffer(device.filled_buffer("transfer_table", storage, table)?)
         }
-        BindingKind::Image | BindingKind::Dump => {
+        BindingKind::Slab => Resident::Buffer(supplies.slab.ok_or_else(|| missing("`slab`"))?.clone()),
+        BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
             Resident::Buffer(supplies.output.ok_or_else(|| missing("an output"))?.clone())
         }
         BindingKind::Words { resource, first, words } => {
@@ -197,11 +200,11 @@ fn part_of(all: &[u32], first: u64, words: u64) -> Option<&[u32]> {
 fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let ty = match binding.kind {
-        BindingKind::View => buffer(wgpu::BufferBindingType::Uniform),
+        BindingKind::View | BindingKind::Slab => buffer(wgpu::BufferBindingType::Uniform),
         BindingKind::TransferTable | BindingKind::Words { .. } => {
             buffer(wgpu::BufferBindingType::Storage { read_only: true })
         }
-        BindingKind::Image | BindingKind::Dump => {
+        BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
             buffer(wgpu::BufferBindingType::Storage { read_only: false })
         }
         BindingKind::VolumeTexture { filterable } => wgpu::BindingType::Texture {

@@ -1,13 +1,10 @@
 //! A plan made runnable.
 
-use std::time::{Duration, Instant};
-
 use cvr_core::render::{Filter, Image, Pass, Plan};
 use cvr_core::shader::{BindingKind, Request, TextureSampling, generate};
 
 use crate::bindings::{Bound, Parts, Supplies};
-use crate::cpu_time::process_cpu_time;
-use crate::timestamps::{FrameTimestamps, accepted};
+use crate::timestamps::{FrameTimestamps, timed};
 use crate::timing::FrameTime;
 use crate::{Device, DrawSource, EngineError};
 
@@ -70,6 +67,7 @@ impl Drawing {
                 output: Some(&image),
                 buffers: &voxels.buffers,
                 texture: voxels.texture,
+                slab: None,
             };
             passes.push((Bound::new(device, &shader, &supplies, &mut parts)?, pass.workgroups));
             texts.push(shader.wgsl);
@@ -84,7 +82,7 @@ impl Drawing {
             image,
             passes,
             timestamps: device.guarded("preparing timestamps", || FrameTimestamps::new(device))?,
-            resident_bytes: words + voxels.texture.map_or(0, crate::VolumeTexture::bytes),
+            resident_bytes: words + voxels.texture.map_or(0, crate::VolumeTexture::resident_bytes),
             filtering,
             wgsl: texts.join("\n// ---- next pass ----\n"),
         })
@@ -96,9 +94,7 @@ impl Drawing {
     /// # Errors
     /// What the driver refuses; a lost device.
     pub fn draw_timed(&self) -> Result<FrameTime, EngineError> {
-        self.device.guarded("drawing", || {
-            let cpu_before = process_cpu_time();
-            let start = Instant::now();
+        timed(&self.device, "drawing", self.timestamps.as_ref(), || {
             let device = self.device.wgpu();
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             for (i, (bound, workgroups)) in self.passes.iter().enumerate() {
@@ -113,14 +109,7 @@ impl Drawing {
                 timestamps.resolve(&mut encoder);
             }
             self.device.queue().submit([encoder.finish()]);
-            self.device.wait()?;
-            let wall_ms = milliseconds(start.elapsed());
-            let cpu = process_cpu_time().zip(cpu_before).and_then(|(now, before)| now.checked_sub(before));
-            let gpu_ms = match &self.timestamps {
-                Some(timestamps) => accepted(timestamps.read_ms(&self.device)?, wall_ms),
-                None => None,
-            };
-            Ok(FrameTime { wall_ms, gpu_ms, cpu_ms: cpu.map(milliseconds) })
+            Ok(())
         })
     }
 
@@ -134,8 +123,8 @@ impl Drawing {
             .ok_or_else(|| EngineError::Gpu("the picture came back in another size".to_owned()))
     }
 
-    /// Bytes of device memory that hold the volume: the codec's buffers, or the texture. Picture, transfer
-    /// function and view are not counted.
+    /// Bytes of device memory that hold the volume: the codec's buffers, or what stays resident with the texture
+    /// ([`crate::VolumeTexture::resident_bytes`]). Picture, transfer function and view are not counted.
     #[must_use]
     pub const fn resident_bytes(&self) -> u64 {
         self.resident_bytes
@@ -152,10 +141,6 @@ impl Drawing {
     pub fn wgsl(&self) -> &str {
         &self.wgsl
     }
-}
-
-fn milliseconds(time: Duration) -> f64 {
-    time.as_secs_f64() * 1000.0
 }
 
 fn new_image(device: &Device, size: [u32; 2]) -> Result<wgpu::Buffer, EngineError> {

@@ -7,12 +7,14 @@
 mod bindings;
 mod capabilities;
 mod cpu_time;
+mod decoding;
 mod device;
 mod drawing;
 mod dump;
 mod error;
 mod guard;
 mod readback;
+mod slabs;
 mod source;
 mod texels;
 mod texture;
@@ -26,6 +28,7 @@ pub mod timing;
 
 pub use capabilities::{Capabilities, TextureChoice, TextureFallback};
 pub use cpu_time::process_cpu_time;
+pub use decoding::FrameDecoder;
 pub use device::{Device, DeviceChoice, DeviceInfo, DeviceKind, list_adapters};
 pub use drawing::Drawing;
 pub use error::EngineError;

@@ -43,6 +43,27 @@ fn spread<const BYTES: usize>(
     out
 }
 
+/// The inverse: appends the values of whole texels, the padding of RGB left out.
+pub(crate) fn values(texels: &[u8], channels: u32, form: DecodedForm, out: &mut Vec<f32>) {
+    let bytes = form.format.bytes();
+    let value = |texel: f64| (f64::from(form.offset) + f64::from(form.scale) * texel) as f32;
+    for texel in texels.chunks_exact(texture_channels(channels) * bytes) {
+        out.extend(texel.chunks_exact(bytes).take(channels as usize).map(|sample| {
+            match (form.format, sample) {
+                (TexelFormat::Unorm8, [byte, ..]) => value(f64::from(*byte) / 255.0),
+                (TexelFormat::Unorm16, [a, b, ..]) => {
+                    value(f64::from(u16::from_le_bytes([*a, *b])) / 65535.0)
+                }
+                (TexelFormat::Float16, [a, b, ..]) => value(f16::from_le_bytes([*a, *b]).to_f64()),
+                (TexelFormat::Float32, [a, b, c, d]) => {
+                    value(f64::from(f32::from_le_bytes([*a, *b, *c, *d])))
+                }
+                _ => f32::NAN,
+            }
+        }));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -51,17 +72,27 @@ mod tests {
         DecodedForm { format, scale, offset }
     }
 
+    fn back(texels: &[u8], channels: u32, form: DecodedForm) -> Vec<f32> {
+        let mut out = Vec::new();
+        values(texels, channels, form, &mut out);
+        out
+    }
+
     #[test]
     fn every_integer_meets_its_own_texel() {
         let bytes: Vec<u8> = (0..=255).collect();
         for offset in [0.0, -128.0] {
             let values: Vec<f32> = bytes.iter().map(|&b| f32::from(b) + offset).collect();
-            assert_eq!(texels(&values, 1, form(TexelFormat::Unorm8, 255.0, offset)), bytes);
+            let form = form(TexelFormat::Unorm8, 255.0, offset);
+            assert_eq!(texels(&values, 1, form), bytes);
+            assert_eq!(back(&bytes, 1, form), values);
         }
         let words: Vec<u8> = (0..=u16::MAX).flat_map(u16::to_le_bytes).collect();
         for offset in [0.0, -32768.0] {
             let values: Vec<f32> = (0..=u16::MAX).map(|w| f32::from(w) + offset).collect();
-            assert_eq!(texels(&values, 1, form(TexelFormat::Unorm16, 65535.0, offset)), words);
+            let form = form(TexelFormat::Unorm16, 65535.0, offset);
+            assert_eq!(texels(&values, 1, form), words);
+            assert_eq!(back(&words, 1, form), values);
         }
     }
 
@@ -75,6 +106,7 @@ mod tests {
     fn colours_are_padded_to_four_channels() {
         let got = texels(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 3, form(TexelFormat::Unorm8, 255.0, 0.0));
         assert_eq!(got, [1, 2, 3, 0, 4, 5, 6, 0]);
+        assert_eq!(back(&got, 3, form(TexelFormat::Unorm8, 255.0, 0.0)), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     }
 
     #[test]

@@ -1,10 +1,13 @@
-//! A decoded frame in a 3-D texture: what the site *host* draws from.
+//! A decoded frame in a 3-D texture: what the sites *host* and *deferred* draw from.
+
+use std::sync::Arc;
 
 use cvr_core::codec::{DecodedForm, TexelFormat};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::VolumeLayout;
 
-use crate::texels::{texels, texture_channels};
+use crate::slabs::Slabs;
+use crate::texels::{texels, texture_channels, values};
 use crate::upload::SLAB_BYTES;
 use crate::{Device, EngineError, TextureChoice};
 
@@ -13,8 +16,10 @@ use crate::{Device, EngineError, TextureChoice};
 pub struct VolumeTexture {
     layout: VolumeLayout,
     choice: TextureChoice,
+    texture: wgpu::Texture,
     view: wgpu::TextureView,
-    bytes: u64,
+    /// What the texels were decoded from.
+    kept: Arc<[wgpu::Buffer]>,
 }
 
 impl VolumeTexture {
@@ -47,50 +52,89 @@ impl VolumeTexture {
                 layout.samples_per_frame()
             )));
         }
+        let empty = Self::empty(device, layout, choice)?;
         let [width, height, depth] = layout.extent.to_array();
-        let size = wgpu::Extent3d { width, height, depth_or_array_layers: depth };
-        let descriptor = wgpu::TextureDescriptor {
-            label: Some("volume"),
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D3,
-            format: texture_format(choice.form.format, layout.channels),
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        };
-        let texel_bytes = texture_channels(layout.channels) * choice.form.format.bytes();
+        let texel_bytes = empty.texel_bytes();
         let slice_texels = width as usize * height as usize;
         let slices = (SLAB_BYTES / (slice_texels * texel_bytes)).max(1);
         device.guarded("uploading a volume texture", || {
-            let texture = device.wgpu().create_texture(&descriptor);
             let slab_values = slice_texels * layout.channels as usize * slices;
             for (i, slab) in values.chunks(slab_values).enumerate() {
                 let bytes = texels(slab, layout.channels, choice.form);
                 let first = i * slices;
-                let target = wgpu::TexelCopyTextureInfo {
-                    texture: &texture,
-                    mip_level: 0,
-                    origin: wgpu::Origin3d { x: 0, y: 0, z: first as u32 },
-                    aspect: wgpu::TextureAspect::All,
-                };
                 let rows = wgpu::TexelCopyBufferLayout {
                     offset: 0,
                     bytes_per_row: Some(width * texel_bytes as u32),
                     rows_per_image: Some(height),
                 };
                 let slab_depth = slices.min(depth as usize - first) as u32;
-                let slab_size = wgpu::Extent3d { depth_or_array_layers: slab_depth, ..size };
-                device.queue().write_texture(target, &bytes, rows, slab_size);
+                let slab_size = wgpu::Extent3d { width, height, depth_or_array_layers: slab_depth };
+                device.queue().write_texture(empty.place(0, first as u32), &bytes, rows, slab_size);
                 device.flush(values.len() > slab_values)?;
             }
-            Ok(Self {
-                layout: layout.clone(),
-                choice,
-                view: texture.create_view(&wgpu::TextureViewDescriptor::default()),
-                bytes: layout.extent.voxels() * texel_bytes as u64,
-            })
+            Ok(())
+        })?;
+        Ok(empty)
+    }
+
+    /// A texture whose texels are zero.
+    pub(crate) fn empty(
+        device: &Device,
+        layout: &VolumeLayout,
+        choice: TextureChoice,
+    ) -> Result<Self, EngineError> {
+        let [width, height, depth] = layout.extent.to_array();
+        let descriptor = wgpu::TextureDescriptor {
+            label: Some("volume"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: depth },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D3,
+            format: texture_format(choice.form.format, layout.channels),
+            usage: wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_DST
+                | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        };
+        device.guarded("making a volume texture", || {
+            let texture = device.wgpu().create_texture(&descriptor);
+            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+            Ok(Self { layout: layout.clone(), choice, texture, view, kept: Arc::default() })
         })
+    }
+
+    /// The same texture, with buffers that stay on the device as long as it does.
+    pub(crate) fn keeping(self, buffers: Vec<wgpu::Buffer>) -> Self {
+        Self { kept: buffers.into(), ..self }
+    }
+
+    /// All samples as they lie in the texture (x fastest, channels interleaved, data units): a texel of 8 or 16 bits is
+    /// the step that it stands for, without the rounding of a device that turns it into a number.
+    ///
+    /// # Errors
+    /// [`EngineError::TooLarge`] when not even one row fits a buffer, and what the driver refuses.
+    pub fn read(&self, device: &Device) -> Result<Vec<f32>, EngineError> {
+        let slabs = Slabs::new(self.layout.extent, self.texel_bytes(), device.capabilities().buffer_bytes)?;
+        let mut all = Vec::with_capacity(self.layout.samples_per_frame() as usize);
+        for slab in slabs.iter() {
+            let bytes: Vec<u8> = device.guarded("reading a volume texture", || {
+                let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+                let staging = device.empty_buffer("texels", usage, slabs.bytes(slab))?;
+                let mut encoder =
+                    device.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                let target =
+                    wgpu::TexelCopyBufferInfo { buffer: &staging, layout: slabs.buffer_layout(slab) };
+                let place = self.place(slab.first_row, slab.first_slice);
+                encoder.copy_texture_to_buffer(place, target, slabs.size(slab));
+                device.queue().submit([encoder.finish()]);
+                device.map_and_read(&staging)
+            })?;
+            for row in bytes.chunks_exact(slabs.row_bytes()) {
+                let row = &row[..self.layout.extent.x() as usize * self.texel_bytes()];
+                values(row, self.layout.channels, self.choice.form, &mut all);
+            }
+        }
+        Ok(all)
     }
 
     /// The same texture, to be filtered by the shader even where the texture unit could.
@@ -114,8 +158,30 @@ impl VolumeTexture {
 
     /// Bytes of its texels.
     #[must_use]
-    pub const fn bytes(&self) -> u64 {
-        self.bytes
+    pub fn bytes(&self) -> u64 {
+        self.layout.extent.voxels() * self.texel_bytes() as u64
+    }
+
+    /// Bytes that stay on the device with it: its texels and, where the device decoded them, the codec's buffers, from
+    /// which it could decode them again. The buffer through which texels go from shader to texture is gone by then.
+    #[must_use]
+    pub fn resident_bytes(&self) -> u64 {
+        self.bytes() + self.kept.iter().map(wgpu::Buffer::size).sum::<u64>()
+    }
+
+    /// Bytes of one texel.
+    pub(crate) const fn texel_bytes(&self) -> usize {
+        texture_channels(self.layout.channels) * self.choice.form.format.bytes()
+    }
+
+    /// The texels from a row of a slice on, for copies.
+    pub(crate) fn place(&self, row: u32, slice: u32) -> wgpu::TexelCopyTextureInfo<'_> {
+        wgpu::TexelCopyTextureInfo {
+            texture: &self.texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x: 0, y: row, z: slice },
+            aspect: wgpu::TextureAspect::All,
+        }
     }
 
     pub(crate) const fn view(&self) -> &wgpu::TextureView {

@@ -1,6 +1,37 @@
 //! Timing passes on the device, and when to believe it.
 
+use std::time::{Duration, Instant};
+
+use crate::cpu_time::process_cpu_time;
+use crate::timing::FrameTime;
 use crate::{Device, EngineError};
+
+/// Runs `submit`, which hands work to the device, and waits for that work; `step` begins the message of an error.
+/// The device's own time is reported only where it agrees with the wall clock.
+pub(crate) fn timed(
+    device: &Device,
+    step: &str,
+    timestamps: Option<&FrameTimestamps>,
+    submit: impl FnOnce() -> Result<(), EngineError>,
+) -> Result<FrameTime, EngineError> {
+    device.guarded(step, || {
+        let cpu_before = process_cpu_time();
+        let start = Instant::now();
+        submit()?;
+        device.wait()?;
+        let wall_ms = milliseconds(start.elapsed());
+        let cpu = process_cpu_time().zip(cpu_before).and_then(|(now, before)| now.checked_sub(before));
+        let gpu_ms = match timestamps {
+            Some(timestamps) => accepted(timestamps.read_ms(device)?, wall_ms),
+            None => None,
+        };
+        Ok(FrameTime { wall_ms, gpu_ms, cpu_ms: cpu.map(milliseconds) })
+    })
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1000.0
+}
 
 /// The device's own time of a frame, if it may be believed: milliseconds from the start of the first pass to
 /// the end of the last, against the wall clock around encode, submit and wait.

@@ -111,6 +111,21 @@ pub fn paired<E>(
     Ok(summarise(&pairs, min_pairs))
 }
 
+/// Times what is done once per volume and not per frame: one run to warm up, then the median of `runs` (at least 1),
+/// in milliseconds. Timestamps count where every run has one, else the wall clock.
+///
+/// # Errors
+/// The first error of `run`.
+pub fn repeated<E>(mut run: impl FnMut() -> Result<FrameTime, E>, runs: usize) -> Result<(f64, Clock), E> {
+    run()?;
+    let times = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>, E>>()?;
+    let stamped: Option<Vec<f64>> = times.iter().map(|time| time.gpu_ms).collect();
+    Ok(match stamped {
+        Some(stamped) => (Spread::of(stamped).median, Clock::Timestamp),
+        None => (Spread::of(times.iter().map(|time| time.wall_ms)).median, Clock::Wall),
+    })
+}
+
 /// Medians and ranges of at least one pair, by one clock.
 ///
 /// Where a late wake-up of this process makes a frame's timestamp doubtful, its pair is left out: a few such
@@ -264,6 +279,17 @@ mod tests {
             if left == 0 { Err("gone") } else { Ok(frame(1.0, None)) }
         };
         assert_eq!(paired(|| Ok(frame(1.0, None)), failing, PairBudget::default()), Err("gone"));
+    }
+
+    #[test]
+    fn repeated_runs_have_one_clock_and_leave_the_first_one_out() {
+        let exact =
+            [frame(500.0, None), frame(9.0, Some(5.0)), frame(11.0, Some(7.0)), frame(8.0, Some(6.0))];
+        assert_eq!(repeated(replay(&exact), 3), Ok((6.0, Clock::Timestamp)));
+        let mut doubtful = exact;
+        doubtful[2].gpu_ms = None;
+        assert_eq!(repeated(replay(&doubtful), 3), Ok((9.0, Clock::Wall)));
+        assert_eq!(repeated(|| Err("gone"), 3), Err("gone"));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::*;
 fn pipelines() {
     let text = errors(&[
         ("filter = [\"nearest\", \"linear\"]", "filter = [\"nearest\", \"lineer\"]"),
-        ("site = [\"inline\", \"host\"]", "site = \"deferred\""),
+        ("site = [\"inline\", \"host\"]", "site = \"remote\""),
         ("renderer = [\"raycasting\"]", "renderer = [\"raycast\"]"),
         ("renderer = [\"raycasting\"]", "renderer = []"),
         ("renderer = [\"raycasting\"]", ""),
@@ -23,13 +23,13 @@ fn pipelines() {
        = did you mean `linear`?
        = known filters: nearest, linear, optimised-linear
 
-    error: no site is called `deferred`
+    error: no site is called `remote`
        ┌─ x.toml:18:8
        │
-    18 │ site = "deferred"
-       │        ^^^^^^^^^^ unknown site
+    18 │ site = "remote"
+       │        ^^^^^^^^ unknown site
        │
-       = known sites: inline, host
+       = known sites: inline, deferred, host
 
     error: no renderer is called `raycast`
        ┌─ x.toml:17:13

@@ -81,6 +81,24 @@ fn every_refusal_has_its_reason() {
 }
 
 #[test]
+fn deferred_comes_with_inline_and_never_calls_fetch_cell() {
+    let text = edited("id = \"raw\"", "id = \"raw\"\n[[codec]]\nid = \"tape\"");
+    let set = ["codec.s3dc.block=4", "codec.s3dc.index_bits=4", "pipeline.site=deferred"];
+    let filters = "pipeline.filter=[\"linear\", \"optimised-linear\"]";
+    let resolution = resolved(&text, &[&set[..], &[filters]].concat(), &Capabilities::default());
+    insta::assert_snapshot!(ids(&resolution), @r#"
+    bonsai-raw-bits=native-front-raycasting-deferred-linear
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-deferred-linear
+    "#);
+    insta::assert_snapshot!(reasons(&resolution), @r#"
+    bonsai-raw-bits=native-front-raycasting-deferred-optimised-linear: filter optimised-linear: site deferred filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
+    bonsai-tape-front-raycasting-deferred-linear: codec tape cannot be decoded at site deferred; it offers: host
+    bonsai-tape-front-raycasting-deferred-optimised-linear: codec tape cannot be decoded at site deferred; it offers: host
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-deferred-optimised-linear: filter optimised-linear: site deferred filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
+    "#);
+}
+
+#[test]
 fn one_codec_in_two_tables() {
     let text = edited("id = \"raw\"", "id = \"raw\"\n[[codec]]\nid = \"raw\"\nbits = [8, \"native\"]");
     let set = ["pipeline.site=host", "pipeline.filter=linear", "codec.s3dc.block=4"];

@@ -1,0 +1,6 @@
+// The nearest of 65536 steps; `value` is in steps. No built-in packs it, since those may be off by a step.
+const texel_bits: u32 = 16u;
+
+fn texel_of(value: f32) -> u32 {
+    return u32(clamp(floor(value + 0.5), 0.0, 65535.0));
+}
