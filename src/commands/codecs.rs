@@ -18,7 +18,7 @@ pub fn run() -> Result<ExitCode, BadInput> {
         if let Some(paper) = info.paper {
             say!("    {}: {}. {}.", paper.authors, paper.title, paper.venue);
         }
-        let sites: Vec<&str> = info.sites.iter().copied().map(Site::name).collect();
+        let sites: Vec<&str> = info.offered().map(Site::name).collect();
         let cell = if info.fetch_cell { "; filter optimised-linear" } else { "" };
         say!("    sites: {}{cell}; stream version {}", sites.join(", "), info.stream_version);
         for setting in info.settings {

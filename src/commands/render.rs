@@ -14,7 +14,7 @@ use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::BadInput;
 use crate::experiment::stage::RAW;
-use crate::experiment::target::{Target, VoxelSource};
+use crate::experiment::target::{Decoded, Target, VoxelSource};
 use crate::registry::{Names, renderer};
 
 /// Arguments of `cvr render`.
@@ -26,7 +26,7 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     scene: SceneArgs,
-    /// Where voxels are decoded: inline or host.
+    /// Where voxels are decoded: inline, deferred or host.
     #[arg(long, default_value = "inline", value_parser = site)]
     site: Site,
     /// The renderer.
@@ -62,11 +62,12 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let frame = Arc::new(DecodedFrame::decode(decoder.as_ref(), FrameIndex::FIRST)?);
     let range = ValueRange::of(frame.values().iter().copied()).unwrap_or(ValueRange { min: 0.0, max: 0.0 });
     let target = Target::open(&args.device)?;
-    let host = match args.site {
-        Site::Host => Some(target.upload(decoder.as_ref(), frame)?),
-        _ => None,
+    let decoded = match args.site {
+        Site::Host => Decoded::Host(target.upload(decoder.as_ref(), frame)?),
+        Site::Deferred => Decoded::Deferred(target.decode(&codec, decoder.as_ref(), &frame)?),
+        _ => Decoded::Inline,
     };
-    let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), host };
+    let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), decoded };
     let picture = target.picture(renderer.as_ref(), &scene.view(range, args.scene.filter)?, &source)?;
     picture.image()?.write_png(&args.out, scene.background)?;
     say!("{}: {} on {}", args.out.display(), args.renderer, target.name());

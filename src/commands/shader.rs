@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site, encode_temporary};
 use cvr_core::render::{Pass, Plan};
-use cvr_core::shader::{BindingLimits, Request, ResourceSize, Source, TextureSampling, generate};
+use cvr_core::shader::{
+    BindingLimits, Request, ResourceSize, Source, TextureSampling, generate, generate_decode,
+};
 use cvr_core::volume::{FrameIndex, Level, ValueRange};
 
 use super::opened::Opened;
@@ -29,7 +31,7 @@ pub struct Args {
     /// A setting of the codec.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     set: Vec<String>,
-    /// Where voxels are decoded: inline or host.
+    /// Where voxels are decoded: inline, deferred or host.
     #[arg(long, default_value = "inline", value_parser = super::render::site)]
     site: Site,
     /// The renderer.
@@ -41,7 +43,8 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Prints a generated shader. No device is needed.
+/// Prints the generated shaders, at the site *deferred* the pass that decodes and then the one that draws. No device is
+/// needed.
 ///
 /// # Errors
 /// When arguments or file are unusable, or the shader cannot be made.
@@ -76,20 +79,25 @@ fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>), BadInp
 }
 
 fn text(args: &Args, codec: &str, decoder: &dyn Decoder, plan: &Plan) -> Result<String, BadInput> {
-    let source = match (args.site, decoder.shader()) {
-        (Site::Host, _) => {
-            Source::Texture { form: decoder.decoded_form(), sampling: TextureSampling::Hardware }
-        }
-        (_, None) => return Err(BadInput(format!("codec `{codec}` does not decode in a shader"))),
-        (_, Some(shader)) => Source::Inline {
-            codec,
-            module: shader.module(),
-            resources: shader.resources(FrameIndex::FIRST)?.iter().map(ResourceSize::of).collect(),
-            frame: FrameIndex::FIRST,
-            level: Level::FULL,
-        },
-    };
+    let form = decoder.decoded_form();
+    let texture = Source::Texture { form, sampling: TextureSampling::Hardware };
+    let limits = BindingLimits::default();
     let mut texts = Vec::new();
+    let source = match (args.site, decoder.shader()) {
+        (Site::Host, _) => texture,
+        (_, None) => return Err(BadInput(format!("codec `{codec}` does not decode in a shader"))),
+        (site, Some(shader)) => {
+            let resources = shader.resources(FrameIndex::FIRST)?.iter().map(ResourceSize::of).collect();
+            let (module, frame, level) = (shader.module(), FrameIndex::FIRST, Level::FULL);
+            let inline = Source::Inline { codec, module, resources, frame, level };
+            if site == Site::Deferred {
+                texts.push(generate_decode(&inline, decoder.layout(), form.format, limits)?.wgsl);
+                texture
+            } else {
+                inline
+            }
+        }
+    };
     for pass in &plan.passes {
         let Pass::Compute(pass) = pass else { continue };
         let shader = generate(&Request {
@@ -99,7 +107,7 @@ fn text(args: &Args, codec: &str, decoder: &dyn Decoder, plan: &Plan) -> Result<
             layout: decoder.layout(),
             source: source.clone(),
             filter: Some(args.scene.filter),
-            limits: BindingLimits::default(),
+            limits,
         })?;
         texts.push(shader.wgsl);
     }

@@ -2,16 +2,18 @@
 
 use std::path::Path;
 
+use cvr_core::codec::Site;
 use cvr_core::metrics::{ImageError, error_picture};
 use cvr_core::pipeline::Cell;
 use cvr_core::render::{Image, write_png};
 use cvr_core::volume::{BrickSource, FiniteVolume};
 use cvr_engine::timing::{PairBudget, paired};
 
+use super::deferred::DeferredVolume;
 use super::encoded::Encoded;
 use super::record::Record;
 use super::stage::Stage;
-use super::target::{HostVolume, Target, VoxelSource};
+use super::target::{Decoded, HostVolume, Target, VoxelSource};
 
 /// Folder of the pictures, below the report's.
 pub const IMAGES: &str = "images";
@@ -65,7 +67,12 @@ pub fn run(
     stage: &mut Stage<'_>,
     folder: &Path,
 ) -> Result<(), String> {
-    let voxels = VoxelSource { codec: &cell.codec, decoder: encoded.decoder.as_ref(), host };
+    let decoded = match (host, cell.site) {
+        (Some(host), _) => Decoded::Host(host),
+        (None, Site::Deferred) => Decoded::Deferred(decode(record, cell, encoded, stage.target())?),
+        (None, _) => Decoded::Inline,
+    };
+    let voxels = VoxelSource { codec: &cell.codec, decoder: encoded.decoder.as_ref(), decoded };
     debug_assert_eq!(voxels.site(), cell.site);
     let background = stage.background();
     let picture = stage.picture(cell.filter, &voxels)?;
@@ -98,6 +105,27 @@ pub fn run(
     record.relative_frame_time_iqr = Some(timing.relative_iqr);
     record.frame_pairs = Some(timing.pairs as u32);
     Ok(())
+}
+
+/// Has the device decode the volume, and holds it to what the CPU decodes.
+fn decode(
+    record: &mut Record,
+    cell: &Cell,
+    encoded: &Encoded,
+    target: &Target,
+) -> Result<DeferredVolume, String> {
+    let decoder = encoded.decoder.as_ref();
+    let decoded = target.decode_timed(&cell.codec, decoder, &encoded.frame);
+    let (volume, decode_ms) = decoded.map_err(|e| e.to_string())?;
+    record.device_decode_ms = decode_ms;
+    let parity = volume.parity(target, decoder, &encoded.frame).map_err(|e| e.to_string())?;
+    if let Some(parity) = parity {
+        record.parity_mismatches = Some(parity.mismatches);
+        if !parity.holds() {
+            return Err(format!("what the device decoded is not what the CPU decodes: {parity}"));
+        }
+    }
+    Ok(volume)
 }
 
 /// Writes a picture below the report's folder; returns its path relative to it.

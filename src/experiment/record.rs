@@ -101,4 +101,7 @@ pub struct Record {
     pub replaced_samples: u64,
     /// Remarks, separated by `; `.
     pub notes: Option<String>,
+    /// Median time in which the device decodes the frame into a texture, at the site *deferred*; by the device's
+    /// timestamps where all runs have believable ones, else by the wall clock. `frame_ms` does not hold it.
+    pub device_decode_ms: Option<f64>,
 }

@@ -2,14 +2,16 @@
 //! raw's pictures under each site and filter.
 
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use cvr_core::codec::Site;
 use cvr_core::pipeline::Scene;
 use cvr_core::render::{Filter, Image, Renderer, View};
 use cvr_core::volume::{FiniteVolume, ValueRange};
 
+use super::deferred::DeferredVolume;
 use super::encoded::Encoded;
-use super::target::{DrawError, HostVolume, Picture, Target, VoxelSource};
+use super::target::{Decoded, DrawError, HostVolume, Picture, Target, VoxelSource};
 
 /// Id of the codec that holds the uncompressed volume.
 pub const RAW: &str = "raw";
@@ -19,6 +21,7 @@ pub const RAW: &str = "raw";
 pub struct RawVolume {
     encoded: Encoded,
     host: HostVolume,
+    deferred: OnceLock<DeferredVolume>,
 }
 
 impl RawVolume {
@@ -28,17 +31,27 @@ impl RawVolume {
     /// When the target cannot hold it.
     pub fn new(target: &Target, encoded: Encoded) -> Result<Self, DrawError> {
         let host = target.upload(encoded.decoder.as_ref(), encoded.frame.clone())?;
-        Ok(Self { encoded, host })
+        Ok(Self { encoded, host, deferred: OnceLock::new() })
     }
 
-    /// Its voxels at a site.
-    #[must_use]
-    pub fn at(&self, site: Site) -> VoxelSource<'_> {
-        VoxelSource {
-            codec: RAW,
-            decoder: self.encoded.decoder.as_ref(),
-            host: (site == Site::Host).then(|| self.host.clone()),
-        }
+    /// Its voxels at a site. The device decodes them when they are first asked for at the site *deferred*.
+    ///
+    /// # Errors
+    /// When the device cannot decode them.
+    pub fn at(&self, target: &Target, site: Site) -> Result<VoxelSource<'_>, DrawError> {
+        let decoder = self.encoded.decoder.as_ref();
+        let decoded = match site {
+            Site::Host => Decoded::Host(self.host.clone()),
+            Site::Deferred => Decoded::Deferred(match self.deferred.get() {
+                Some(volume) => volume.clone(),
+                None => {
+                    let volume = target.decode(RAW, decoder, &self.encoded.frame)?;
+                    self.deferred.get_or_init(|| volume).clone()
+                }
+            }),
+            _ => Decoded::Inline,
+        };
+        Ok(VoxelSource { codec: RAW, decoder, decoded })
     }
 }
 
@@ -70,11 +83,20 @@ impl<'a> Stage<'a> {
     ) -> Result<Self, String> {
         let range = volume.range();
         let linear = scene.view(range, Filter::Linear).map_err(|e| e.to_string())?;
-        let picture = |site| target.picture(renderer, &linear, &raw.at(site)).map_err(|e| e.to_string());
+        let picture = |site| {
+            let voxels = raw.at(target, site).map_err(|e| e.to_string())?;
+            target.picture(renderer, &linear, &voxels).map_err(|e| e.to_string())
+        };
         let reference = picture(Site::Inline)?.image().map_err(|e| e.to_string())?;
         let baseline = picture(Site::Host)?;
         let raw_images = BTreeMap::from([((Site::Inline, Filter::Linear), reference.clone())]);
         Ok(Self { target, renderer, scene, range, raw, reference, baseline, raw_images })
+    }
+
+    /// What draws.
+    #[must_use]
+    pub const fn target(&self) -> &'a Target {
+        self.target
     }
 
     /// The view under a filter.
@@ -105,7 +127,8 @@ impl<'a> Stage<'a> {
     pub fn raw_image(&mut self, site: Site, filter: Filter) -> Result<&Image, String> {
         let filter = if filter == Filter::OptimisedLinear { Filter::Linear } else { filter };
         if !self.raw_images.contains_key(&(site, filter)) {
-            let picture = self.picture(filter, &self.raw.at(site))?;
+            let voxels = self.raw.at(self.target, site).map_err(|e| e.to_string())?;
+            let picture = self.picture(filter, &voxels)?;
             let image = picture.image().map_err(|e| e.to_string())?;
             self.raw_images.insert((site, filter), image);
         }

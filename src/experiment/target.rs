@@ -10,6 +10,8 @@ use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::FrameTime;
 use cvr_engine::{Device, DeviceChoice, DrawSource, Drawing, EngineError, VolumeTexture, process_cpu_time};
 
+use super::deferred::DeferredVolume;
+
 /// Why nothing was drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum DrawError {
@@ -110,14 +112,11 @@ impl Target {
     ) -> Result<Picture<'a>, DrawError> {
         let layout = voxels.decoder.layout();
         let plan = renderer.plan(view, layout)?;
-        let kind = match (self, &voxels.host) {
-            (Self::Cpu { .. }, host) => Kind::Mirror {
-                renderer,
-                view: view.clone(),
-                decoder: voxels.decoder,
-                frame: host.as_ref().map(|h| h.frame.clone()),
-            },
-            (Self::Device(device), None) => {
+        let kind = match (self, &voxels.decoded) {
+            (Self::Cpu { .. }, decoded) => {
+                Kind::Mirror { renderer, view: view.clone(), decoder: voxels.decoder, frame: decoded.frame() }
+            }
+            (Self::Device(device), Decoded::Inline) => {
                 let source = DrawSource::Inline {
                     codec: voxels.codec,
                     decoder: voxels.decoder,
@@ -126,13 +125,13 @@ impl Target {
                 };
                 Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
             }
-            (Self::Device(device), Some(HostVolume { texture: Some(texture), .. })) => {
-                let source = DrawSource::Texture(texture.clone());
+            (Self::Device(device), decoded) => {
+                let missing = || {
+                    let text = "the decoded frame does not lie on this device".to_owned();
+                    EngineError::Unsupported(text)
+                };
+                let source = DrawSource::Texture(decoded.texture().ok_or_else(missing)?);
                 Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
-            }
-            (Self::Device(_), Some(_)) => {
-                let text = "the decoded frame was not uploaded to this device".to_owned();
-                return Err(EngineError::Unsupported(text).into());
             }
         };
         Ok(Picture { kind })
@@ -146,6 +145,35 @@ pub struct HostVolume {
     texture: Option<Arc<VolumeTexture>>,
 }
 
+/// What is decoded before a picture is drawn.
+#[derive(Clone, Debug)]
+pub enum Decoded {
+    /// Nothing: every fetch decodes.
+    Inline,
+    /// A frame, by the device.
+    Deferred(DeferredVolume),
+    /// A frame, by the CPU.
+    Host(HostVolume),
+}
+
+impl Decoded {
+    fn frame(&self) -> Option<Arc<DecodedFrame>> {
+        match self {
+            Self::Inline => None,
+            Self::Deferred(volume) => volume.frame.clone(),
+            Self::Host(volume) => Some(volume.frame.clone()),
+        }
+    }
+
+    fn texture(&self) -> Option<Arc<VolumeTexture>> {
+        match self {
+            Self::Inline => None,
+            Self::Deferred(volume) => volume.texture.clone(),
+            Self::Host(volume) => volume.texture.clone(),
+        }
+    }
+}
+
 /// Where a picture's voxels come from.
 #[derive(Clone, Debug)]
 pub struct VoxelSource<'a> {
@@ -153,15 +181,19 @@ pub struct VoxelSource<'a> {
     pub codec: &'a str,
     /// The opened stream.
     pub decoder: &'a dyn Decoder,
-    /// The decoded frame at the site *host*; `None` = decode at every fetch.
-    pub host: Option<HostVolume>,
+    /// What is decoded already.
+    pub decoded: Decoded,
 }
 
 impl VoxelSource<'_> {
     /// Where voxels are decoded.
     #[must_use]
     pub const fn site(&self) -> Site {
-        if self.host.is_some() { Site::Host } else { Site::Inline }
+        match self.decoded {
+            Decoded::Inline => Site::Inline,
+            Decoded::Deferred(_) => Site::Deferred,
+            Decoded::Host(_) => Site::Host,
+        }
     }
 }
 

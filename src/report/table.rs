@@ -40,7 +40,7 @@ fn count(n: Option<u64>) -> String {
 }
 
 /// Columns in reading order: what the cell is, then size, voxels, picture, speed, and the rest.
-const COLUMNS: [Column; 39] = [
+const COLUMNS: [Column; 40] = [
     text("volume", "volume", |r| r.volume.clone()),
     text("codec", "codec", |r| r.codec.clone()),
     text("settings", "settings", |r| r.settings.clone()),
@@ -75,6 +75,7 @@ const COLUMNS: [Column; 39] = [
     secondary(number("decode_voxels_per_second", "Mvoxel/s", |r| {
         short(r.decode_voxels_per_second.map(|v| v / 1e6))
     })),
+    secondary(number("device_decode_ms", "decode on the device, ms", |r| short(r.device_decode_ms))),
     secondary(number("voxels", "voxels", |r| r.voxels.to_string())),
     secondary(number("frames", "frames", |r| r.frames.to_string())),
     secondary(number("replaced_samples", "replaced samples", |r| r.replaced_samples.to_string())),

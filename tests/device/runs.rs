@@ -34,7 +34,7 @@ index_bits = 2
 
 [pipeline]
 renderer = ["raycasting"]
-site = ["inline", "host"]
+site = ["inline", "deferred", "host"]
 filter = ["nearest", "linear", "optimised-linear"]
 
 [[scene]]
@@ -71,14 +71,15 @@ fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
     let folder = tempfile::tempdir().unwrap();
     let outcome = run(&Target::Device(device.clone()), folder.path());
     let records = &outcome.records;
-    // Two codecs, two sites, nearest and linear; and optimised-linear where there is a fetch_cell.
-    assert_eq!((records.len(), outcome.refused.len(), outcome.failed()), (9, 3, 0), "{records:#?}");
+    // Two codecs, three sites, nearest and linear; and optimised-linear where there is a fetch_cell.
+    assert_eq!((records.len(), outcome.refused.len(), outcome.failed()), (13, 5, 0), "{records:#?}");
     for r in records {
         let name = format!("{} {} {}", r.codec, r.site, r.filter);
         assert_eq!((r.status, &r.error), (Status::Ok, &None), "{name}");
         assert_eq!(r.device, device.info().name, "{name}");
         assert_eq!(r.parity_mismatches, Some(0), "{name}");
         assert!(r.frame_ms.unwrap() > 0.0, "{name}");
+        assert_eq!(r.device_decode_ms.is_some_and(|ms| ms > 0.0), r.site == "deferred", "{name}");
         assert!(r.relative_frame_time.unwrap() > 0.0, "{name}");
         assert!(r.frame_pairs.unwrap() >= 7, "{name}");
         assert!(r.max_abs_error.unwrap() <= r.error_bound.unwrap(), "{name}");
@@ -91,6 +92,15 @@ fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
     assert_eq!((bytes("raw", "inline"), bytes("raw", "host")), (24 * 24 * 24, 24 * 24 * 24));
     assert!(bytes("s3dc", "inline") * 2 < bytes("raw", "inline"), "{}", bytes("s3dc", "inline"));
     assert_eq!(bytes("s3dc", "host"), 4 * 24 * 24 * 24, "decoded values of s3dc are floats");
+    // The texture, and what the device decoded it from.
+    for codec in ["raw", "s3dc"] {
+        assert_eq!(bytes(codec, "deferred"), bytes(codec, "host") + bytes(codec, "inline"), "{codec}");
+    }
+    let picture = |site| {
+        std::fs::read(folder.path().join(find(records, "raw", site, "linear").image.as_ref().unwrap()))
+    };
+    assert!(picture("deferred").unwrap() == picture("host").unwrap(), "raw is exact");
+    assert_eq!(find(records, "raw", "deferred", "linear").codec_image_psnr_db, Some(f64::INFINITY));
 
     // The baseline against itself: sanity, not speed.
     let baseline = find(records, "raw", "host", "linear");
@@ -100,7 +110,7 @@ fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
     // Raw inline with the manual filter is the reference itself; s3dc at 2 bits is none.
     assert_eq!(find(records, "raw", "inline", "linear").image_psnr_db, Some(f64::INFINITY));
     assert!(find(records, "s3dc", "inline", "linear").image_psnr_db.unwrap() < 60.0);
-    assert_eq!(Results::read(&folder.path().join("results.json")).unwrap().records.len(), 9);
+    assert_eq!(Results::read(&folder.path().join("results.json")).unwrap().records.len(), 13);
 }
 
 fn cvr(arguments: &[&str], folder: &Path) -> Output {

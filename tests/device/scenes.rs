@@ -65,10 +65,18 @@ pub fn host(device: &Device, decoder: &dyn Decoder) -> DrawSource<'static> {
     DrawSource::Texture(Arc::new(texture))
 }
 
+/// Decoded by the device, in a texture.
+pub fn deferred(device: &Device, codec: &str, decoder: &dyn Decoder) -> DrawSource<'static> {
+    let (frame, level) = (FrameIndex::FIRST, Level::FULL);
+    let (texture, _) = VolumeTexture::decode(device, codec, decoder, frame, level).unwrap();
+    DrawSource::Texture(Arc::new(texture))
+}
+
 /// The source of a site.
 pub fn source<'a>(device: &Device, site: Site, codec: &'a str, decoder: &'a dyn Decoder) -> DrawSource<'a> {
     match site {
         Site::Inline => inline(codec, decoder),
+        Site::Deferred => deferred(device, codec, decoder),
         Site::Host => host(device, decoder),
         other => panic!("no pictures at the site {other}"),
     }

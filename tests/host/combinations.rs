@@ -15,7 +15,7 @@ use cvr_core::pipeline::{
 use cvr_core::render::{Camera, ControlPoint, Filter, Pass, Projection, Renderer, TransferFunction, View};
 use cvr_core::shader::{
     BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, ShaderError, Source, TextureSampling,
-    generate,
+    generate, generate_decode,
 };
 use cvr_core::volume::{FrameIndex, Level, SampleType};
 use rayon::prelude::*;
@@ -82,7 +82,7 @@ pub fn source<'a>(
     site: Site,
     sampling: TextureSampling,
 ) -> Source<'a> {
-    if site == Site::Host {
+    if matches!(site, Site::Deferred | Site::Host) {
         return Source::Texture { form: decoder.decoded_form(), sampling };
     }
     let shader =
@@ -114,6 +114,14 @@ pub fn shader(
     generate(&request).map_err(|ShaderError(problem)| format!("generator: {problem}"))
 }
 
+/// The pass that decodes a frame into texels of the decoder's own form.
+fn decode_pass(codec: &str, decoder: &dyn Decoder) -> Result<GeneratedShader, String> {
+    let source = source(codec, decoder, Site::Inline, TextureSampling::Manual);
+    let format = decoder.decoded_form().format;
+    generate_decode(&source, decoder.layout(), format, BindingLimits::default())
+        .map_err(|ShaderError(problem)| format!("decode pass: {problem}"))
+}
+
 /// One codec with one set of settings under everything else: how often a shader was made, and what was refused.
 fn pictures(
     names: &Names,
@@ -137,7 +145,12 @@ fn pictures(
                         }
                         let source = source(&cell.codec, decoder.as_ref(), cell.site, sampling);
                         let view = view(cell.filter, projection);
-                        let outcome = match shader(renderer.as_ref(), &view, decoder.as_ref(), &source) {
+                        let decoded = match cell.site {
+                            Site::Deferred => decode_pass(&cell.codec, decoder.as_ref()).map(drop),
+                            _ => Ok(()),
+                        };
+                        let drawn = shader(renderer.as_ref(), &view, decoder.as_ref(), &source);
+                        let outcome = match decoded.and(drawn) {
                             Ok(_) => "generated".to_owned(),
                             Err(problem) => problem,
                         };
@@ -207,7 +220,7 @@ fn what_the_machine_lacks_is_refused_with_its_reason() {
     let all = resolve(&experiment, &names.known(), &Capabilities::default());
     let missing = vec![(Site::Host, "this device has no 3-D textures".to_owned())];
     let some = resolve(&experiment, &names.known(), &Capabilities { missing_sites: missing });
-    assert!(some.cells.iter().all(|c| c.site == Site::Inline) && !some.cells.is_empty());
+    assert!(some.cells.iter().all(|c| c.site != Site::Host) && !some.cells.is_empty());
     assert_eq!(
         some.cells.len() + some.refused.len(),
         all.cells.len() + all.refused.len(),
@@ -233,6 +246,8 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
         let codec = names.codecs().get(&cell.codec).unwrap();
         for (sample, channels) in SampleType::ALL.into_iter().flat_map(|s| [(s, 1), (s, 3)]) {
             let decoder = opened(codec.as_ref(), &cell.settings, &varied(SIZE, sample, channels));
+            let pass = decode_pass(&cell.codec, decoder.as_ref());
+            pass.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
             let dumps = [Some(cvr_shaders::DUMP), codec.info().fetch_cell.then_some(cvr_shaders::DUMP_CELL)];
             for template in dumps.into_iter().flatten() {
                 let request = Request {
@@ -279,6 +294,10 @@ fn a_damaged_snippet_is_refused() {
             let source = Source::Inline { codec: id, module, resources: resources.clone(), frame, level };
             let problem = shader(renderer.as_ref(), &view, decoder.as_ref(), &source).unwrap_err();
             assert!(problem.contains(id), "{problem}");
+            let format = decoder.decoded_form().format;
+            let pass = generate_decode(&source, decoder.layout(), format, BindingLimits::default());
+            let problem = pass.unwrap_err().to_string();
+            assert!(problem.contains(&format!("codecs/{id}/src/decode.wgsl")), "{problem}");
         }
     }
 }

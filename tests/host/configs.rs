@@ -65,7 +65,7 @@ fn every_configuration_resolves() {
         assert_eq!(experiment.name, name, "an experiment bears the name of its file");
         counts.push((name, resolution.cells.len(), resolution.refused.len()));
     }
-    assert_eq!(counts, [("compare".to_owned(), 60, 0), ("quickstart".to_owned(), 24, 6)]);
+    assert_eq!(counts, [("compare".to_owned(), 60, 0), ("quickstart".to_owned(), 34, 11)]);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::folder::Folder;
 
-/// One scene, two codecs, two sites, two filters: 8 cells.
+/// One scene, two codecs, three sites, two filters: 12 cells.
 const CONFIG: &str = r##"
 [experiment]
 name = "tiny"
@@ -25,7 +25,7 @@ block = 4
 index_bits = 2
 [pipeline]
 renderer = "raycasting"
-site = ["inline", "host"]
+site = ["inline", "deferred", "host"]
 filter = ["nearest", "linear"]
 [[scene]]
 name = "front"
@@ -47,7 +47,11 @@ fn runs() -> &'static Folder {
         folder.write("tiny.toml", CONFIG);
         for out in ["a", "b"] {
             let ran = folder.cvr(&["run", "tiny.toml", "--device", "cpu", "--out", out]).exits(0);
-            assert!(ran.stdout.contains("8 cells: 8 ok, 0 failed; 0 combinations refused"), "{}", ran.stdout);
+            assert!(
+                ran.stdout.contains("12 cells: 12 ok, 0 failed; 0 combinations refused"),
+                "{}",
+                ran.stdout
+            );
             assert!(ran.stdout.contains("report.html"), "{}", ran.stdout);
         }
         folder
@@ -79,7 +83,7 @@ fn columns_have_the_names_and_the_order_that_last() {
         }
         assert_eq!(*csv, json, "CSV and JSON tell the same");
     }
-    assert_eq!(read.len(), 8);
+    assert_eq!(read.len(), 12);
 }
 
 #[test]
@@ -130,7 +134,7 @@ fn every_cell_has_a_record_of_its_own() {
         .filter(|n| n.starts_with("a/cells/") && n.ends_with(".json"))
         .map(|n| folder.json(n))
         .collect();
-    assert_eq!(cells.len(), 8, "{names:?}");
+    assert_eq!(cells.len(), 12, "{names:?}");
     for record in json["records"].as_array().unwrap() {
         assert_eq!(cells.iter().filter(|c| *c == record).count(), 1, "{record}");
     }
@@ -152,7 +156,7 @@ fn pictures_are_there_and_show_something() {
         assert!(!blank(&picture), "{name}");
         count += 1;
     }
-    assert_eq!(count, 9);
+    assert_eq!(count, 13);
     for record in &results.records {
         let name = record.error_image.as_ref().unwrap();
         assert!(image::open(folder.path(&format!("a/{name}"))).is_ok(), "{name}");
@@ -238,7 +242,7 @@ fn another_seed_gives_another_volume() {
 
 #[test]
 fn raw_equals_the_reference_and_s3dc_comes_close() {
-    for site in ["inline", "host"] {
+    for site in ["inline", "deferred", "host"] {
         let raw = record("raw", site, "linear");
         assert_eq!((raw.psnr_db, raw.max_abs_error), (Some(f64::INFINITY), Some(0.0)));
         assert_eq!((raw.image_psnr_db, raw.image_ssim), (Some(f64::INFINITY), Some(1.0)));
@@ -263,14 +267,15 @@ fn raw_equals_the_reference_and_s3dc_comes_close() {
 }
 
 #[test]
-fn the_mirror_draws_the_same_at_both_sites() {
+fn the_mirror_draws_the_same_at_all_sites() {
     for codec in ["raw", "s3dc"] {
         for filter in ["nearest", "linear"] {
-            let [inline, host] = ["inline", "host"].map(|site| {
+            let [inline, deferred, host] = ["inline", "deferred", "host"].map(|site| {
                 let name = record(codec, site, filter).image.unwrap();
                 runs().read(&format!("a/{name}"))
             });
             assert_eq!(inline, host, "{codec} {filter}");
+            assert_eq!(deferred, host, "{codec} {filter}");
         }
     }
 }
@@ -290,5 +295,6 @@ fn records_are_complete_and_consistent() {
         assert_eq!(record.frame_clock.as_deref(), Some("wall"), "{id}: a CPU has no timestamps");
         assert_eq!((record.filtering.as_deref(), record.resident_bytes), (Some("manual"), None), "{id}");
         assert_eq!((record.replaced_samples, record.parity_mismatches), (0, None), "{id}");
+        assert_eq!(record.device_decode_ms, None, "{id}: no device decodes");
     }
 }

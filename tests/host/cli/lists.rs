@@ -15,6 +15,8 @@ fn codecs_are_listed_with_all_their_settings() {
             assert!(text.contains(&format!("    {} = {}\n", setting.name, setting.default)), "{text}");
             assert!(text.contains(setting.doc), "{text}");
         }
+        let sites = info.offered().map(|s| s.name()).collect::<Vec<_>>().join(", ");
+        assert!(text.contains(&format!("    sites: {sites}")), "{text}");
         if let Some(paper) = &info.paper {
             assert!(text.contains(paper.title), "{text}");
         }
@@ -41,6 +43,16 @@ fn a_shader_is_printed_with_the_origin_of_every_part() {
 
     let host = folder.cvr(&["shader", "--site", "host", "--orthographic"]).exits(0).stdout;
     assert!(host.contains("texture_3d") && host.contains("orthographic.wgsl") && !host.contains("s3dc"));
+    // Two shaders, each whole by itself: one decodes and knows no renderer, one draws and knows no codec.
+    let deferred = folder.cvr(&["shader", "--site", "deferred"]).exits(0).stdout;
+    let (decodes, draws) = deferred.split_once("// ==== next pass").unwrap();
+    assert!(
+        decodes.contains("fn s3dc_fetch(") && decodes.contains("texels[") && !decodes.contains("raycast")
+    );
+    assert!(draws.contains("texture_3d") && draws.contains("fn raycast(") && !draws.contains("s3dc"));
+    for pass in [decodes, draws] {
+        naga::front::wgsl::parse_str(pass).unwrap();
+    }
     let settings = ["shader", "--set", "block=3x5x2", "--set", "index_bits=8"];
     let other = folder.cvr(&settings).exits(0).stdout;
     assert!(other.contains("vec3<u32>(3u, 5u, 2u)") && !inline.stdout.contains("vec3<u32>(3u, 5u, 2u)"));
@@ -50,6 +62,7 @@ fn a_shader_is_printed_with_the_origin_of_every_part() {
         &["shader", "--renderer", "none"],
         &["shader", "--codec", "raw", "--filter", "optimised-linear"],
         &["shader", "--site", "host", "--filter", "optimised-linear"],
+        &["shader", "--site", "deferred", "--filter", "optimised-linear"],
         &["shader", "--zoom", "0"],
     ] {
         folder.cvr(wrong).refused();

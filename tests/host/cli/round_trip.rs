@@ -94,6 +94,7 @@ fn a_container_draws_what_its_volume_draws() {
     let original = draw("v.nrrd", "a.png", &[]);
     assert_eq!(original, draw("v.cvr", "b.png", &[]));
     assert_eq!(original, draw("v.cvr", "c.png", &["--site", "host"]));
+    assert_eq!(original, draw("v.cvr", "c.png", &["--site", "deferred"]));
     for other in [&["--azimuth", "-60"][..], &["--filter", "nearest"], &["--orthographic"], &["--zoom", "2"]]
     {
         assert_ne!(original, draw("v.cvr", "d.png", other), "{other:?} changes nothing");
