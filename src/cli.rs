@@ -5,11 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{check_config, codecs, decode, devices, encode, info, render, run, shader};
-
-/// Exit code of a run in which cells failed.
-pub const SOME_FAILED: u8 = 1;
-/// Exit code of bad input: command line, configuration, files.
-pub const BAD_INPUT: u8 = 2;
+use crate::exit::{BAD_INPUT, BadInput};
 
 /// A workbench for compressed volume rendering.
 #[derive(Debug, Parser)]
@@ -49,16 +45,6 @@ enum Command {
     Devices,
     /// Print the WGSL that is generated for a codec, with the origin of every part.
     Shader(shader::Args),
-}
-
-/// What went wrong, for a person at a terminal.
-#[derive(Debug)]
-pub struct BadInput(pub String);
-
-impl<E: std::error::Error> From<E> for BadInput {
-    fn from(error: E) -> Self {
-        Self(error.to_string())
-    }
 }
 
 /// Runs the command line of this process.

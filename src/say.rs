@@ -3,7 +3,7 @@
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write as _};
 
-use crate::cli::BAD_INPUT;
+use crate::exit::BAD_INPUT;
 
 /// Prints a line like `println!`, but does not panic where nobody reads on.
 macro_rules! say {

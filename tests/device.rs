@@ -1,1 +1,18 @@
-//! Tests of the whole application on a device.
+//! Tests of the whole application on a device. Each asks for it through `cvr_engine::testing::test_device`, so that
+//! none skips in silence.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
+
+mod device {
+    mod mutated;
+    mod parity;
+    mod parity_of_parity;
+    mod picture_relations;
+    mod picture_twins;
+    mod pictures;
+    mod refusal;
+    mod runs;
+    mod scenes;
+    mod splitting;
+    mod subjects;
+}

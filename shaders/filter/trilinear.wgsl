@@ -1,3 +1,18 @@
+// The cell of eight voxel centres around a point, clamped at the border, and the point's place in it.
+struct Cell {
+    p: vec3<i32>,
+    q: vec3<i32>,
+    t: vec3<f32>,
+}
+
+fn cell_around(x: vec3<f32>) -> Cell {
+    let last = vec3<i32>(volume_extent) - 1;
+    let base = floor(x - 0.5);
+    let p = vec3<i32>(base);
+    let zero = vec3<i32>(0);
+    return Cell(clamp(p, zero, last), clamp(p + 1, zero, last), (x - 0.5) - base);
+}
+
 // Interpolates along x, then y, then z, in the order of the CPU mirror. `a + (b - a) * t` and not `mix`, whose
 // arithmetic the specification leaves open.
 fn trilinear(

@@ -53,8 +53,11 @@ fn cast_ray(pixel: vec2<u32>) -> vec4<f32> {
         let sample = classify(volume_sample(ray.origin + ray.direction * (start + 0.5 * piece)));
         if sample.a > 0.0 {
             let weight = opacity_over(sample.a, piece) * (1.0 - result.a);
-            result += vec4<f32>(sample.rgb, 1.0) * weight;
-            if result.a >= view.termination {
+            // The last sample counts as far as the ray goes: whether it ends here or one sample later, which
+            // rounding may decide, is then the same picture.
+            let rest = view.termination - result.a;
+            result += vec4<f32>(sample.rgb, 1.0) * min(weight, rest);
+            if weight >= rest {
                 break;
             }
         }

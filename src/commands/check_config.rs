@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use cvr_core::pipeline::{Capabilities, Resolution, resolve};
 
 use super::config_file::ConfigFile;
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::registry::Names;
 
 /// Arguments of `cvr check-config`.

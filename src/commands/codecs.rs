@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use cvr_core::codec::Site;
 
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::registry::codecs;
 
 /// Lists codecs and their settings.

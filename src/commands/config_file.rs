@@ -4,7 +4,7 @@ use std::path::Path;
 
 use cvr_core::pipeline::{Document, Experiment};
 
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::registry::Names;
 
 /// A configuration and its text.

@@ -8,7 +8,7 @@ use cvr_core::volume::{DenseVolume, FrameIndex, NoReferences, SampleType, Sample
 
 use super::opened::Opened;
 use super::volume_args::check_output;
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::input::write_nrrd;
 use crate::registry::Names;
 

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use crate::cli::{BadInput, SOME_FAILED};
+use crate::exit::{BadInput, SOME_FAILED};
 
 /// Lists adapters.
 ///

@@ -8,7 +8,7 @@ use cvr_core::volume::BrickSource;
 
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, check_output};
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::progress::VoxelBar;
 use crate::registry::Names;
 

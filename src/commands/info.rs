@@ -7,7 +7,7 @@ use cvr_core::volume::{BrickSource, VolumeLayout};
 
 use super::opened::Opened;
 use super::volume_args::{RawArgs, is_container};
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::registry::Names;
 
 /// Arguments of `cvr info`.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cvr_core::codec::{Codec, Decoder};
 use cvr_core::container::EncodedVolume;
 
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::registry::Names;
 
 /// An opened container.

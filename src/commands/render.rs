@@ -12,7 +12,7 @@ use cvr_core::volume::{FrameIndex, ValueRange};
 use super::opened::Opened;
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::experiment::stage::{RAW, check_range};
 use crate::experiment::target::{Target, VoxelSource};
 use crate::registry::{Names, renderer};

@@ -9,7 +9,7 @@ use cvr_core::pipeline::{Capabilities, Experiment, Resolution, resolve};
 use super::check_config::print_refused;
 use super::config_file::ConfigFile;
 use super::volume_args::RawArgs;
-use crate::cli::{BadInput, SOME_FAILED};
+use crate::exit::{BadInput, SOME_FAILED};
 use crate::experiment::machine;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::{Record, Status};
@@ -116,6 +116,7 @@ fn provenance(
     target: &Target,
 ) -> Provenance {
     Provenance {
+        experiment: experiment.name.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         git_hash: machine::git_hash(),
         adapter: target.name(),

@@ -4,7 +4,7 @@ use clap::Args;
 use cvr_core::pipeline::{Scene, TransferDomain, parse_colour};
 use cvr_core::render::{Camera, ControlPoint, Filter, Projection};
 
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 
 /// What to draw, and how.
 #[derive(Debug, Args)]
@@ -18,6 +18,9 @@ pub struct SceneArgs {
     /// Degrees above the horizon.
     #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
     elevation: f64,
+    /// Degrees by which the camera turns clockwise; 180 stands the picture on its head.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    roll: f64,
     /// Magnification; 1 fits the volume.
     #[arg(long, default_value_t = 1.0)]
     zoom: f64,
@@ -55,6 +58,7 @@ impl SceneArgs {
         let camera = Camera {
             azimuth: self.azimuth,
             elevation: self.elevation,
+            roll: self.roll,
             zoom: self.zoom,
             projection,
             ..Camera::default()

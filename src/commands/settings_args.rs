@@ -2,7 +2,7 @@
 
 use cvr_core::codec::{CodecInfo, SettingValue, Settings};
 
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 
 /// Complete settings from assignments such as `block=8`.
 pub fn settings(info: &CodecInfo, assignments: &[String]) -> Result<Settings, BadInput> {

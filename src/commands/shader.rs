@@ -13,7 +13,7 @@ use super::opened::Opened;
 use super::scene_args::SceneArgs;
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, is_container};
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::experiment::volumes::LoadedVolume;
 use crate::input::{Generator, generate as generate_volume};
 use crate::registry::{Names, renderer};
@@ -84,11 +84,7 @@ fn text(args: &Args, codec: &str, decoder: &dyn Decoder, plan: &Plan) -> Result<
         (_, Some(shader)) => Source::Inline {
             codec,
             module: shader.module(),
-            resources: shader
-                .resources(FrameIndex::FIRST)?
-                .iter()
-                .map(|r| ResourceSize { name: r.name, words: r.words.len() as u64 })
-                .collect(),
+            resources: shader.resources(FrameIndex::FIRST)?.iter().map(ResourceSize::of).collect(),
             frame: FrameIndex::FIRST,
             level: Level::FULL,
         },

@@ -6,7 +6,7 @@ use clap::Args;
 use cvr_core::pipeline::{ByteOrder, FilePath, RawLayout, Volume, VolumeSource};
 use cvr_core::volume::{Extent, SampleType};
 
-use crate::cli::BadInput;
+use crate::exit::BadInput;
 use crate::experiment::volumes::{LoadedVolume, load};
 
 /// Layout of a headerless volume file.

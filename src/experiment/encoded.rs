@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use cvr_core::codec::{Agreement, Codec, Decoder, Progress, Settings, VoxelDump, decode_frame, encode_file};
+use cvr_core::codec::{Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_frame, encode_file};
 use cvr_core::container::EncodedVolume;
 use cvr_core::metrics::{VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
@@ -104,40 +104,25 @@ impl Encoded {
         Ok(())
     }
 
-    /// Voxels of the first frame on which `target`'s real generated shader and the CPU decoder disagree beyond
-    /// the codec's statement; `None` where there is no device or no shader.
+    /// Samples of the first frame on which `target`'s real generated shader and the CPU decoder disagree beyond
+    /// the codec's statement, through `fetch` and, where `use_cell` says so, through `fetch_cell` too; `None` where
+    /// there is no device or no shader.
     ///
     /// # Errors
     /// When the device cannot run the shader.
-    pub fn parity(&self, codec: &str, target: &Target) -> Result<Option<u64>, String> {
+    pub fn parity(&self, codec: &str, target: &Target, use_cell: bool) -> Result<Option<u64>, String> {
         let (Target::Device(device), Some(shader)) = (target, self.decoder.shader()) else {
             return Ok(None);
         };
-        let agreement = shader.agreement();
-        let decoder = self.decoder.as_ref();
-        let on_device = device.dump(codec, decoder, FrameIndex::FIRST, false)?;
-        Ok(Some(disagreements(decoder, agreement, self.frame.values(), &on_device)))
-    }
-}
-
-/// Samples of the first frame on which a shader disagrees with the CPU decoder beyond its statement.
-#[must_use]
-pub fn disagreements(decoder: &dyn Decoder, agreement: Agreement, cpu: &[f32], shader: &[f32]) -> u64 {
-    let layout = decoder.layout();
-    let [x, y, _] = layout.extent.to_array().map(|e| e as usize);
-    let channels = layout.channels as usize;
-    let differs = |(i, (cpu, shader)): (usize, (&f32, &f32))| {
-        // Most samples are equal to the bit; only the others need the range of their block.
-        if cpu == shader {
-            return false;
+        let (decoder, agreement, frame) = (self.decoder.as_ref(), shader.agreement(), FrameIndex::FIRST);
+        let paths: &[bool] = if use_cell { &[false, true] } else { &[false] };
+        let mut mismatches = 0;
+        for &use_cell in paths {
+            let dump = device.dump(codec, decoder, frame, use_cell)?;
+            mismatches += Parity::compare(decoder, agreement, frame, self.frame.values(), &dump).mismatches;
         }
-        let voxel = i / channels;
-        let at = [voxel % x, voxel / x % y, voxel / (x * y)].map(|c| c as u32);
-        let range = decoder.value_range(BrickKey::full(FrameIndex::FIRST, Region::voxel(at)));
-        !agreement.allows(*cpu, *shader, range)
-    };
-    let missing = cpu.len().abs_diff(shader.len()) as u64;
-    missing + cpu.iter().zip(shader).enumerate().filter(|s| differs(*s)).count() as u64
+        Ok(Some(mismatches))
+    }
 }
 
 /// Voxels of all frames.

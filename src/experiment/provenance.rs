@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// The origin of a set of records.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
+    /// Name of the experiment.
+    #[serde(default)]
+    pub experiment: String,
     /// Version of this software.
     pub version: String,
     /// Commit that it was built from; `None` when unknown.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use cvr_core::codec::{Codec, Progress, Settings, Site};
 use cvr_core::pipeline::{Cell, Experiment, Refusal, Resolution};
-use cvr_core::render::Renderer;
+use cvr_core::render::{Filter, Renderer};
 
 use super::cell_run::{self, IMAGES, empty_record, record_encoding, write_picture};
 use super::encoded::{Encoded, encode};
@@ -183,7 +183,8 @@ impl Run<'_> {
         let encoded = self.encode(&cells[0].codec, &cells[0].settings, volume);
         let parity = encoded.as_ref().map_err(Clone::clone).and_then(|encoded| {
             if cells.iter().any(|c| c.site == Site::Inline) {
-                return encoded.parity(&cells[0].codec, self.target);
+                let use_cell = cells.iter().any(|c| c.filter == Filter::OptimisedLinear);
+                return encoded.parity(&cells[0].codec, self.target, use_cell);
             }
             Ok(None)
         });

@@ -109,6 +109,16 @@ pub(super) struct Field {
 }
 
 impl Field {
+    /// A field on a line of `text`.
+    pub fn on(text: &HeaderText, line: &Line<'_>, name: &str, value: &str) -> Self {
+        Self {
+            place: text.place(line.number),
+            line: line.number,
+            name: name.trim().to_owned(),
+            value: value.trim().to_owned(),
+        }
+    }
+
     /// The value breaks the rules; `wanted` is a noun phrase that says what would not.
     pub fn malformed(&self, wanted: &str) -> InputError {
         InputError::Header {

@@ -73,13 +73,7 @@ fn parse(text: &HeaderText) -> Result<(Fields, u64), InputError> {
         let is_last = normalised == "elementdatafile";
         // Keys of one's own are legal, and may repeat; of those that are read, none may.
         if READ.contains(&normalised.as_str()) {
-            let field = Field {
-                place: text.place(line.number),
-                line: line.number,
-                name: name.trim().to_owned(),
-                value: value.trim().to_owned(),
-            };
-            fields.add(normalised, field)?;
+            fields.add(normalised, Field::on(text, &line, name, value))?;
         }
         if is_last {
             return Ok((fields, line.end));

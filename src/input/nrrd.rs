@@ -141,13 +141,7 @@ fn parse(text: &HeaderText) -> Result<(Fields, Option<u64>), InputError> {
                 remedy: "correct its name; keys of your own are written `key:=value`".to_owned(),
             });
         }
-        let field = Field {
-            place: text.place(line.number),
-            line: line.number,
-            name: name.trim().to_owned(),
-            value: value.trim().to_owned(),
-        };
-        fields.add(normalised, field)?;
+        fields.add(normalised, Field::on(text, &line, name, value))?;
     }
     Ok((fields, None))
 }

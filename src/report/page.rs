@@ -103,6 +103,7 @@ fn provenance_values(p: &Provenance) -> Value {
     let adapter = [p.adapter.as_str(), p.driver.as_str(), p.backend.as_str()];
     let adapter = adapter.into_iter().filter(|s| !s.is_empty()).collect::<Vec<_>>().join(" · ");
     context! {
+        experiment => p.experiment.clone(),
         version => p.version.clone(),
         git_hash => p.git_hash.clone(),
         adapter => adapter,

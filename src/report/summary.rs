@@ -3,7 +3,7 @@
 use minijinja::{Value, context};
 
 use super::cells::{Baseline, View, cell_name, codec_name, compressed, distinct, ok, views, volumes};
-use super::number::{decibels, fixed, median, short};
+use super::number::{bytes, decibels, fixed, median, short};
 use super::pareto;
 use crate::experiment::provenance::RefusedCell;
 use crate::experiment::record::Record;
@@ -32,6 +32,7 @@ pub(super) fn summary(records: &[Record], refused: &[RefusedCell]) -> Value {
                 view => view.name(),
                 cell => cell_name(r),
                 rate => short(r.bits_per_voxel),
+                memory => bytes(r.resident_bytes),
                 psnr => fixed(r.image_psnr_db, 1),
                 ssim => fixed(r.image_ssim, 4),
                 time => short(r.relative_frame_time),
@@ -125,12 +126,13 @@ fn sentences(records: &[Record]) -> Vec<String> {
     if let Some((r, time)) = fastest {
         out.push(format!(
             "The fastest compressed cell with a picture of {GOOD_PICTURE_DB} dB or more: {} on {} at {} × the baseline \
-             ({}, {} bits per voxel).",
+             ({}, {} bits per voxel in the file{}).",
             cell_name(r),
             r.volume,
             short(Some(time)),
             decibels(r.image_psnr_db),
-            short(r.bits_per_voxel)
+            short(r.bits_per_voxel),
+            r.resident_bytes.map_or_else(String::new, |b| format!(", {} in device memory", bytes(Some(b))))
         ));
     }
     let failed: Vec<&Record> = records.iter().filter(|r| !ok(r)).collect();

@@ -125,6 +125,7 @@ fn sample(dir: &Path) -> (Provenance, Vec<Record>, Vec<RefusedCell>) {
     broken.status = Status::Failed;
     broken.error = Some("voxel (3, 17, 41) is wrong by 14, the bound is 9".into());
     let provenance = Provenance {
+        experiment: "sample".into(),
         version: "0.1.0".into(),
         git_hash: Some("23dd2f7".into()),
         adapter: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
@@ -256,6 +257,7 @@ fn hostile_text_stays_text() {
         ..record(evil, evil)
     };
     let provenance = Provenance {
+        experiment: "sample".into(),
         adapter: evil.into(),
         config: evil.into(),
         command_line: evil.into(),

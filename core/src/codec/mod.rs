@@ -5,6 +5,7 @@ mod encode;
 mod encode_file;
 mod error;
 mod info;
+mod parity;
 mod registry;
 mod settings;
 mod shader_decode;
@@ -15,6 +16,7 @@ pub use encode::{Cancelled, EncodeReport, Encoder, Progress};
 pub use encode_file::{encode_file, encode_temporary};
 pub use error::{ConfigError, DecodeError, EncodeError};
 pub use info::{CodecInfo, Paper, Site};
+pub use parity::{Mismatch, Parity};
 pub use registry::{Registry, RegistryError};
 pub use settings::{Setting, SettingKind, SettingValue, Settings};
 pub use shader_decode::{

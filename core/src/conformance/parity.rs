@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::decoded::Decoded;
 use super::{Case, Property, Report};
-use crate::codec::{Agreement, Decoder, Site, VoxelDump};
-use crate::volume::{BrickKey, FrameIndex, Region};
+use crate::codec::{Parity, Site, VoxelDump};
+use crate::volume::FrameIndex;
 
 /// Dumps every frame, through `fetch` and, where there is one, `fetch_cell`.
 pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
@@ -20,9 +20,12 @@ pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
     let paths: &[bool] = if info.fetch_cell { &[false, true] } else { &[false] };
     for frame in (0..decoder.layout().frames).map(FrameIndex) {
         for &use_cell in paths {
-            let expected = decoded.values(frame);
             let problem = match dump.dump(info.id, decoder.as_ref(), frame, use_cell) {
-                Ok(actual) => disagreement(decoder.as_ref(), shader.agreement(), frame, expected, &actual),
+                Ok(actual) => {
+                    let (agreement, expected) = (shader.agreement(), decoded.values(frame));
+                    let parity = Parity::compare(decoder.as_ref(), agreement, frame, expected, &actual);
+                    (!parity.holds()).then(|| parity.to_string())
+                }
                 Err(e) => Some(e),
             };
             report.check(Property::Parity, problem.is_none(), || {
@@ -31,36 +34,4 @@ pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
             });
         }
     }
-}
-
-/// The first sample that breaks the agreement, and how many do.
-fn disagreement(
-    decoder: &dyn Decoder,
-    agreement: Agreement,
-    frame: FrameIndex,
-    expected: &[f32],
-    actual: &[f32],
-) -> Option<String> {
-    if expected.len() != actual.len() {
-        return Some(format!("{} samples instead of {}", actual.len(), expected.len()));
-    }
-    let layout = decoder.layout();
-    let (x, y) = (u64::from(layout.extent.x()), u64::from(layout.extent.y()));
-    let allowed = |i: usize, cpu: f32, shader: f32| {
-        let voxel = i as u64 / u64::from(layout.channels);
-        let p = [(voxel % x) as u32, (voxel / x % y) as u32, (voxel / x / y) as u32];
-        agreement.allows(cpu, shader, decoder.value_range(BrickKey::full(frame, Region::voxel(p))))
-    };
-    let pairs = expected.iter().zip(actual).enumerate();
-    let bad: Vec<usize> = pairs.filter(|(i, (e, a))| !allowed(*i, **e, **a)).map(|(i, _)| i).collect();
-    let first = *bad.first()?;
-    Some(format!(
-        "{} of {} samples disagree ({agreement:?}); the first, {first}, is {:e} ({:08x}) and should be {:e} ({:08x})",
-        bad.len(),
-        expected.len(),
-        actual[first],
-        actual[first].to_bits(),
-        expected[first],
-        expected[first].to_bits()
-    ))
 }

@@ -27,7 +27,7 @@ pub fn check(case: &Case<'_>, report: &mut Report) {
     }
     keys(decoder.as_ref(), &decoded, report);
     if let Some(shader) = decoder.shader() {
-        let problem = module::problem(case.codec.info(), shader);
+        let problem = module::problem(case.codec.info(), decoder.as_ref(), shader);
         report.check(Property::Module, problem.is_none(), || problem.unwrap_or_default());
     }
 }

@@ -27,6 +27,8 @@ pub struct Camera {
     pub azimuth: f64,
     /// Degrees above the xy plane, −90..=90.
     pub elevation: f64,
+    /// Degrees by which the camera turns clockwise around its own axis; 180 stands the picture on its head.
+    pub roll: f64,
     /// Magnification; 1 fits the volume's bounding sphere into the shorter side of the picture.
     pub zoom: f64,
     /// Parallel or perspective.
@@ -40,6 +42,7 @@ impl Default for Camera {
         Self {
             azimuth: 30.0,
             elevation: 20.0,
+            roll: 0.0,
             zoom: 1.0,
             projection: Projection::Perspective,
             field_of_view: 30.0,
@@ -82,9 +85,12 @@ impl Camera {
 
         let (sin_a, cos_a) = self.azimuth.to_radians().sin_cos();
         let (sin_e, cos_e) = self.elevation.to_radians().sin_cos();
-        let right = DVec3::new(cos_a, sin_a, 0.0);
+        let level = DVec3::new(cos_a, sin_a, 0.0);
         let forward = DVec3::new(-sin_a * cos_e, cos_a * cos_e, -sin_e);
-        let up = right.cross(forward);
+        let upright = level.cross(forward);
+        let (sin_r, cos_r) = self.roll.to_radians().sin_cos();
+        let right = level * cos_r - upright * sin_r;
+        let up = upright * cos_r + level * sin_r;
 
         let to_voxels = |world: DVec3| world / voxel_size;
         let half_angle = (self.field_of_view / 2.0).to_radians();
@@ -156,6 +162,14 @@ mod tests {
             assert!(to_centre.distance(rays.direction.normalize()) < 1e-5);
             assert!(((rays.direction * rays.voxel_size).length() - 1.0).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn a_quarter_roll_turns_the_cameras_right_side_down() {
+        let camera = Camera { azimuth: 0.0, elevation: 0.0, roll: 90.0, ..Camera::default() };
+        let rays = camera.rays(&layout(), [64, 64]);
+        assert!(rays.direction_right.z < 0.0 && rays.direction_right.x.abs() < 1e-6);
+        assert!(rays.direction_up.x > 0.0 && rays.direction_up.z.abs() < 1e-6);
     }
 
     #[test]

@@ -22,6 +22,7 @@ pub struct ControlPoint {
 pub struct TransferFunction {
     points: Vec<ControlPoint>,
     table: Vec<[f32; 4]>,
+    scale: f32,
 }
 
 /// Why control points make no transfer function.
@@ -55,7 +56,7 @@ impl TransferFunction {
                 return Err(TransferFunctionError::Order(i + 1));
             }
         }
-        let mut function = Self { points, table: Vec::new() };
+        let mut function = Self { points, table: Vec::new(), scale: 0.0 };
         let domain = function.domain();
         if domain.span() <= 0.0 {
             return Err(TransferFunctionError::Flat);
@@ -65,6 +66,7 @@ impl TransferFunction {
             function.exact((f64::from(domain.min) + t * domain.span()) as f32)
         };
         function.table = (0..Self::ENTRIES).map(entry).collect();
+        function.scale = ((Self::ENTRIES - 1) as f64 / domain.span()) as f32;
         Ok(function)
     }
 
@@ -88,15 +90,15 @@ impl TransferFunction {
 
     /// Table position = `(value − domain.min) · scale`.
     #[must_use]
-    pub fn scale(&self) -> f32 {
-        ((Self::ENTRIES - 1) as f64 / self.domain().span()) as f32
+    pub const fn scale(&self) -> f32 {
+        self.scale
     }
 
     /// Colour and opacity of a data value, by the arithmetic of `classify` in the shaders.
     #[must_use]
     pub fn classify(&self, value: f32) -> [f32; 4] {
         let last = (Self::ENTRIES - 1) as f32;
-        let at = ((value - self.points[0].value) * self.scale()).clamp(0.0, last);
+        let at = ((value - self.points[0].value) * self.scale).clamp(0.0, last);
         let low = at.floor().min(last - 1.0);
         let t = at - low;
         let (a, b) = (self.table[low as usize], self.table[low as usize + 1]);

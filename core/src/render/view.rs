@@ -51,7 +51,8 @@ pub struct View {
     pub transfer_function: Arc<TransferFunction>,
     /// Distance between samples along a ray, in voxel lengths (smallest spacing).
     pub step_voxels: f32,
-    /// A ray ends when its opacity reaches this; 1 = never. The picture then differs by at most 1 − this.
+    /// A ray ends when its opacity reaches this, in the middle of a sample if need be; 1 = never. The picture then
+    /// differs by at most 1 − this.
     pub termination: f32,
     /// Filter.
     pub filter: Filter,

@@ -1,7 +1,7 @@
 //! What the generator is asked, and what it answers.
 
 use super::Segment;
-use crate::codec::{DecodedForm, WgslModule};
+use crate::codec::{DecodedForm, Resource, WgslModule};
 use crate::render::{Filter, Template};
 use crate::volume::{FrameIndex, Level, VolumeLayout};
 
@@ -66,6 +66,14 @@ pub struct ResourceSize {
     pub name: &'static str,
     /// 32-bit words; 0 is bound as one zero word.
     pub words: u64,
+}
+
+impl ResourceSize {
+    /// That of a codec's buffer.
+    #[must_use]
+    pub fn of(resource: &Resource<'_>) -> Self {
+        Self { name: resource.name, words: resource.words.len() as u64 }
+    }
 }
 
 /// What a device can bind.

@@ -170,7 +170,10 @@ fn choose(choice: &DeviceChoice, infos: &[DeviceInfo]) -> Option<usize> {
 
 /// An open device. Clones share it.
 #[derive(Clone, Debug)]
-pub struct Device(Arc<Open>);
+pub struct Device {
+    open: Arc<Open>,
+    limits: BindingLimits,
+}
 
 #[derive(Debug)]
 struct Open {
@@ -221,37 +224,51 @@ impl Device {
             .map_err(|e| EngineError::Gpu(format!("opening {info}: {e}")))?;
         let reports = Reports::of(&device);
         let capabilities = Capabilities::of(&device);
-        Ok(Self(Arc::new(Open { device, queue, info, capabilities, reports })))
+        let limits = capabilities.binding_limits();
+        let open = Arc::new(Open { device, queue, info, capabilities, reports });
+        Ok(Self { open, limits })
+    }
+
+    /// The same device, to be used as if it bound no more than `limits`: what a codec's buffers look like on a
+    /// lesser device can so be tried on this one. Limits above its own, or of no word at all, are clamped.
+    #[must_use]
+    pub fn with_binding_limits(&self, limits: BindingLimits) -> Self {
+        let own = self.open.capabilities.binding_limits();
+        let limits = BindingLimits {
+            storage_words: limits.storage_words.clamp(1, own.storage_words),
+            storage_buffers: limits.storage_buffers.min(own.storage_buffers),
+        };
+        Self { open: Arc::clone(&self.open), limits }
     }
 
     /// What the adapter says of itself.
     #[must_use]
     pub fn info(&self) -> &DeviceInfo {
-        &self.0.info
+        &self.open.info
     }
 
     /// What it can do, as far as drawing is concerned.
     #[must_use]
     pub fn capabilities(&self) -> &Capabilities {
-        &self.0.capabilities
+        &self.open.capabilities
     }
 
     /// What the shader generator must keep to.
     #[must_use]
-    pub fn binding_limits(&self) -> BindingLimits {
-        self.0.capabilities.binding_limits()
+    pub const fn binding_limits(&self) -> BindingLimits {
+        self.limits
     }
 
     pub(crate) fn wgpu(&self) -> &wgpu::Device {
-        &self.0.device
+        &self.open.device
     }
 
     pub(crate) fn queue(&self) -> &wgpu::Queue {
-        &self.0.queue
+        &self.open.queue
     }
 
     pub(crate) fn reports(&self) -> &Reports {
-        &self.0.reports
+        &self.open.reports
     }
 }
 

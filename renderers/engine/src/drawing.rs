@@ -159,7 +159,9 @@ fn milliseconds(time: Duration) -> f64 {
 }
 
 fn new_image(device: &Device, size: [u32; 2]) -> Result<wgpu::Buffer, EngineError> {
-    let bytes = u64::from(size[0]) * u64::from(size[1]) * size_of::<[f32; 4]>() as u64;
+    // The product of two sides fits, that with the bytes of a pixel may not.
+    let pixels = u64::from(size[0]) * u64::from(size[1]);
+    let bytes = pixels.saturating_mul(size_of::<[f32; 4]>() as u64);
     if bytes == 0 {
         return Err(EngineError::Unsupported(format!("a picture of {}×{} pixels", size[0], size[1])));
     }

@@ -54,8 +54,7 @@ impl DrawSource<'_> {
                     ))
                 })?;
                 let buffers = shader.resources(*frame)?;
-                let size = |r: &Resource<'_>| ResourceSize { name: r.name, words: r.words.len() as u64 };
-                let resources = buffers.iter().map(size).collect();
+                let resources = buffers.iter().map(ResourceSize::of).collect();
                 let (module, frame, level) = (shader.module(), *frame, *level);
                 let source = Source::Inline { codec, module, resources, frame, level };
                 Ok(Voxels { layout, source, buffers, texture: None })

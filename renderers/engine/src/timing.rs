@@ -46,9 +46,9 @@ pub struct PairBudget {
 }
 
 impl Default for PairBudget {
-    /// 7 to 15 pairs, more than 7 within 20 seconds.
+    /// 7 to 31 pairs, more than 7 within 4 seconds.
     fn default() -> Self {
-        Self { min_pairs: 7, max_pairs: 15, max_seconds: 20.0 }
+        Self { min_pairs: 7, max_pairs: 31, max_seconds: 4.0 }
     }
 }
 
@@ -63,13 +63,13 @@ pub struct PairedTiming {
     pub frame_cpu_ms: Option<f64>,
     /// Median frame time of the baseline, in milliseconds of `clock`.
     pub baseline_ms: f64,
-    /// The clock of both sides: timestamps only if every frame of both has one.
+    /// The clock of both sides and all pairs.
     pub clock: Clock,
     /// Median over the pairs of cell / baseline.
     pub relative: f64,
     /// Its range.
     pub relative_iqr: f64,
-    /// Pairs that were timed.
+    /// Pairs that these figures come from.
     pub pairs: usize,
 }
 
@@ -108,13 +108,20 @@ pub fn paired<E>(
     {
         pairs.push(round(&mut spent_ms)?);
     }
-    Ok(summarise(&pairs))
+    Ok(summarise(&pairs, min_pairs))
 }
 
-/// Medians and ranges of at least one pair.
-fn summarise(pairs: &[[FrameTime; 2]]) -> PairedTiming {
-    let timestamps = pairs.iter().flatten().all(|time| time.gpu_ms.is_some());
-    let clock = if timestamps { Clock::Timestamp } else { Clock::Wall };
+/// Medians and ranges of at least one pair, by one clock.
+///
+/// Where a late wake-up of this process makes a frame's timestamp doubtful, its pair is left out: a few such
+/// pairs must not move a cell to another clock than its neighbours'. Only where fewer than `min_pairs`, or less
+/// than half of all, remain are timestamps not to be had, and the wall clock times every pair.
+fn summarise(pairs: &[[FrameTime; 2]], min_pairs: usize) -> PairedTiming {
+    let stamped: Vec<_> =
+        pairs.iter().copied().filter(|pair| pair.iter().all(|time| time.gpu_ms.is_some())).collect();
+    let timestamps = stamped.len() >= min_pairs.min(pairs.len()) && 2 * stamped.len() >= pairs.len();
+    let (clock, pairs) =
+        if timestamps { (Clock::Timestamp, stamped.as_slice()) } else { (Clock::Wall, pairs) };
     let ms = |time: &FrameTime| match clock {
         Clock::Timestamp => time.gpu_ms.unwrap_or(time.wall_ms),
         Clock::Wall => time.wall_ms,
@@ -210,7 +217,21 @@ mod tests {
     }
 
     #[test]
-    fn timestamps_count_only_if_every_frame_of_both_sides_has_one() {
+    fn a_pair_without_timestamps_is_left_out_while_enough_remain() {
+        let budget = PairBudget { min_pairs: 3, max_pairs: 8, ..PairBudget::default() };
+        let exact = [frame(10.0, Some(4.0))];
+        let mut gap = [frame(11.0, Some(8.0)); 11];
+        (gap[5].gpu_ms, gap[6].gpu_ms) = (None, None);
+        let timing = paired(replay(&exact), replay(&gap), budget).unwrap();
+        assert_eq!((timing.clock, timing.relative, timing.pairs), (Clock::Timestamp, 2.0, 6));
+        // More than half are doubtful: none is believed.
+        gap[5..10].iter_mut().for_each(|f| f.gpu_ms = None);
+        let timing = paired(replay(&exact), replay(&gap), budget).unwrap();
+        assert_eq!((timing.clock, timing.pairs), (Clock::Wall, 8));
+    }
+
+    #[test]
+    fn timestamps_count_only_if_as_many_pairs_have_them_as_must_be_drawn() {
         let budget = PairBudget { max_pairs: 7, ..PairBudget::default() };
         let exact = [frame(10.0, Some(4.0))];
         let cell = [frame(11.0, Some(8.0))];

@@ -53,10 +53,13 @@ fn cast_ray(
         let [r, g, b, a] = view.transfer_function.classify(value);
         if a > 0.0 {
             let weight = opacity_over(a, piece) * (1.0 - result[3]);
+            // The last sample counts as far as the ray goes: whether it ends here or one sample later, which
+            // rounding may decide, is then the same picture.
+            let rest = view.termination - result[3];
             for (sum, term) in result.iter_mut().zip([r, g, b, 1.0]) {
-                *sum += term * weight;
+                *sum += term * weight.min(rest);
             }
-            if result[3] >= view.termination {
+            if weight >= rest {
                 break;
             }
         }
@@ -165,6 +168,25 @@ mod tests {
             let largest = difference.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(largest > 0.0 && largest <= 1.0 - termination + 1e-6, "{termination}: {largest}");
         }
+    }
+
+    /// An opacity a hair below the threshold goes on to the next sample, one a hair above does not: nobody may see it.
+    #[test]
+    fn the_end_of_a_ray_does_not_jump() {
+        let voxels = volume(16, |_| 0.5);
+        let camera = Camera {
+            azimuth: 0.0,
+            elevation: 0.0,
+            projection: Projection::Orthographic,
+            ..Camera::default()
+        };
+        let until = |termination: f32| {
+            let view = View { termination, camera, step_voxels: 1.0, ..view(0.5) };
+            draw(&view, &voxels).pixels()[16 * 32 + 16]
+        };
+        // Two samples of opacity 0.5 make 0.75.
+        let (below, above) = (until(0.75 - 1e-6), until(0.75 + 1e-6));
+        assert!(below.iter().zip(&above).all(|(a, b)| (a - b).abs() < 1e-5), "{below:?} {above:?}");
     }
 
     /// A slab bright at low x must appear on the left at azimuth 0, and one bright at high z at the top.

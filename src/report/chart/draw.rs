@@ -133,7 +133,9 @@ fn add_mark(scene: &mut Scene, mark: Mark, x: f64, y: f64, title: &str) {
 fn in_page(svg: &str) -> String {
     let body = svg.split_once('>').map_or("", |(_, body)| body);
     let [width, height] = SIZE;
-    format!("<svg class=\"chart\" viewBox=\"0 0 {width} {height}\">{body}")
+    // The label of the topmost tick sticks out by half its height.
+    const HEADROOM: f64 = 8.0;
+    format!("<svg class=\"chart\" viewBox=\"0 -{HEADROOM} {width} {}\">{body}", height + HEADROOM)
 }
 
 #[cfg(test)]

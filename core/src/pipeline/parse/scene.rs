@@ -22,7 +22,7 @@ pub(in super::super) const SCENE_KEYS: &[&str] = &[
 ];
 
 /// Keys of a camera.
-const CAMERA_KEYS: &[&str] = &["azimuth", "elevation", "zoom", "projection", "field_of_view"];
+const CAMERA_KEYS: &[&str] = &["azimuth", "elevation", "roll", "zoom", "projection", "field_of_view"];
 
 /// What a scene has unless the configuration says otherwise.
 const DEFAULT_SIZE: [u32; 2] = [256, 256];
@@ -84,6 +84,7 @@ fn camera(node: &Node) -> Result<Camera, Diagnostic> {
         elevation: number("elevation", "an angle from -90 to 90 degrees", default.elevation, |x| {
             (-90.0..=90.0).contains(&x)
         })?,
+        roll: number("roll", "an angle in degrees", default.roll, |_| true)?,
         zoom: number("zoom", "a magnification above 0 (1 fits the volume)", default.zoom, |x| x > 0.0)?,
         projection: fields
             .optional("projection", |n| n.one_of("projection", &projections))?

@@ -74,7 +74,7 @@ fn unknown_keys() {
        │            ^^^^^^ unknown key
        │
        = did you mean `azimuth`?
-       = known keys: azimuth, elevation, zoom, projection, field_of_view
+       = known keys: azimuth, elevation, roll, zoom, projection, field_of_view
 
     error: the pipeline has no key `filters`
        ┌─ x.toml:19:1
@@ -108,7 +108,7 @@ fn unknown_keys() {
     24 │ camera = { azimuth = 30.0, elevation = 20.0, fov = 20, projection = "perspective" }   # degrees; zoom 1 fits the volume
        │                                              ^^^ unknown key
        │
-       = known keys: azimuth, elevation, zoom, projection, field_of_view
+       = known keys: azimuth, elevation, roll, zoom, projection, field_of_view
     "#);
 }
 

@@ -1,0 +1,16 @@
+//! How a command ends: exit codes, and what is said to a person at a terminal.
+
+/// Exit code of a run in which cells failed.
+pub const SOME_FAILED: u8 = 1;
+/// Exit code of bad input: command line, configuration, files.
+pub const BAD_INPUT: u8 = 2;
+
+/// What went wrong, for a person at a terminal.
+#[derive(Debug)]
+pub struct BadInput(pub String);
+
+impl<E: std::error::Error> From<E> for BadInput {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
+}

@@ -1,0 +1,96 @@
+//! A decoder whose shader is not what it should be: for tests that must notice.
+
+use std::borrow::Cow;
+
+use cvr_core::codec::{Agreement, DecodeError, DecodedForm, Decoder, Resource, ShaderDecode, WgslModule};
+use cvr_core::volume::{BrickKey, Dependencies, FrameIndex, ReferenceFrames, ValueRange, VolumeLayout};
+
+/// What is done to the shader; the CPU decoder stays as it is.
+#[derive(Clone, Debug)]
+pub enum Mutation {
+    /// This text instead of the snippet.
+    Snippet(String),
+    /// One bit of a resource is flipped.
+    Bit {
+        /// Index of the resource.
+        resource: usize,
+        /// Its word.
+        word: usize,
+        /// The bit.
+        bit: u32,
+    },
+}
+
+/// A decoder with a mutated shader.
+#[derive(Debug)]
+pub struct Mutated {
+    pub inner: Box<dyn Decoder>,
+    pub mutation: Mutation,
+}
+
+impl Mutated {
+    /// A snippet in which `from`, which must occur, reads `to`.
+    pub fn snippet(inner: Box<dyn Decoder>, from: &str, to: &str) -> Self {
+        let source = inner.shader().unwrap().module().source.to_owned();
+        assert!(source.contains(from), "the snippet has changed: it holds no `{from}`");
+        Self { inner, mutation: Mutation::Snippet(source.replace(from, to)) }
+    }
+
+    fn real(&self) -> &dyn ShaderDecode {
+        self.inner.shader().unwrap()
+    }
+}
+
+impl Decoder for Mutated {
+    fn layout(&self) -> &VolumeLayout {
+        self.inner.layout()
+    }
+
+    fn dependencies(&self, frame: FrameIndex) -> Dependencies {
+        self.inner.dependencies(frame)
+    }
+
+    fn decode_brick(
+        &self,
+        key: BrickKey,
+        references: &dyn ReferenceFrames,
+        out: &mut [f32],
+    ) -> Result<(), DecodeError> {
+        self.inner.decode_brick(key, references, out)
+    }
+
+    fn value_range(&self, key: BrickKey) -> Option<ValueRange> {
+        self.inner.value_range(key)
+    }
+
+    fn decoded_form(&self) -> DecodedForm {
+        self.inner.decoded_form()
+    }
+
+    fn shader(&self) -> Option<&dyn ShaderDecode> {
+        Some(self)
+    }
+}
+
+impl ShaderDecode for Mutated {
+    fn module(&self) -> WgslModule<'_> {
+        let module = self.real().module();
+        match &self.mutation {
+            Mutation::Snippet(source) => WgslModule { source, ..module },
+            Mutation::Bit { .. } => module,
+        }
+    }
+
+    fn agreement(&self) -> Agreement {
+        self.real().agreement()
+    }
+
+    fn resources(&self, frame: FrameIndex) -> Result<Vec<Resource<'_>>, DecodeError> {
+        let mut resources = self.real().resources(frame)?;
+        if let Mutation::Bit { resource, word, bit } = self.mutation {
+            let words: &mut Cow<'_, [u32]> = &mut resources[resource].words;
+            words.to_mut()[word] ^= 1 << bit;
+        }
+        Ok(resources)
+    }
+}

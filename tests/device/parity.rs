@@ -1,0 +1,113 @@
+//! Every voxel of every registered codec: the CPU decoder against the real generated shader.
+
+use std::path::PathBuf;
+
+use cvr::input::{self, Generator};
+use cvr::registry;
+use cvr_core::codec::{Agreement, Codec, Parity, Settings, Site, VoxelDump};
+use cvr_core::conformance;
+use cvr_core::volume::{Extent, FiniteVolume, FrameIndex, SampleType};
+use cvr_engine::Device;
+use cvr_engine::testing::test_device;
+
+use super::subjects::{ODD, codec, decoded, encoded, noise, settings, sweep};
+
+/// Dumps through `fetch` and, where there is one, `fetch_cell`. Returns the samples compared.
+fn check(device: &Device, codec: &dyn Codec, settings: &Settings, volume: &FiniteVolume, name: &str) -> u64 {
+    let info = codec.info();
+    let decoder = encoded(codec, settings, volume);
+    let Some(shader) = decoder.shader() else {
+        assert!(!info.sites.contains(&Site::Inline), "{} {settings}: site inline, but no shader", info.id);
+        return 0;
+    };
+    let cpu = decoded(decoder.as_ref());
+    let mut samples = 0;
+    for use_cell in [false, true].into_iter().take(1 + usize::from(info.fetch_cell)) {
+        let dump = device.dump(info.id, decoder.as_ref(), FrameIndex::FIRST, use_cell).unwrap();
+        let parity = Parity::compare(decoder.as_ref(), shader.agreement(), FrameIndex::FIRST, &cpu, &dump);
+        assert!(parity.holds(), "{} {settings}, {name}, cell: {use_cell}: {parity}", info.id);
+        assert_eq!(dump.len(), cpu.len());
+        samples += parity.samples;
+    }
+    samples
+}
+
+/// Settings in turn, from two beginnings, over all sample types.
+#[test]
+fn every_codec_setting_and_sample_type_on_odd_volumes() {
+    let Some(device) = test_device("parity::odd_volumes") else { return };
+    for codec in registry::codecs().unwrap().iter() {
+        for sample in SampleType::ALL {
+            let volume = noise(ODD, sample);
+            for settings in sweep(codec.info(), 0) {
+                check(device, codec.as_ref(), &settings, &volume, &format!("noise {sample}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn every_codec_on_generated_volumes_of_64_cubed() {
+    let Some(device) = test_device("parity::generated") else { return };
+    let extent = Extent::cube(64).unwrap();
+    let generators = Generator::ALL.into_iter().cycle();
+    let volumes: Vec<_> = [SampleType::U8, SampleType::I16, SampleType::F32]
+        .into_iter()
+        .zip(generators)
+        .map(|(sample, kind)| {
+            let volume = FiniteVolume::new(input::generate(kind, extent, sample, 7).unwrap());
+            (format!("{kind} {sample}"), volume)
+        })
+        .collect();
+    for codec in registry::codecs().unwrap().iter() {
+        for (i, settings) in sweep(codec.info(), 1).iter().enumerate() {
+            let (name, volume) = &volumes[i % volumes.len()];
+            check(device, codec.as_ref(), settings, volume, name);
+        }
+    }
+}
+
+/// A cube and a box of odd edges, each with every width of index.
+#[test]
+fn s3dc_cubes_and_boxes_with_every_index_width() {
+    let Some(device) = test_device("parity::s3dc_blocks") else { return };
+    let samples = SampleType::ALL.into_iter().cycle();
+    let blocks = ["4", "5x3x7"].into_iter().flat_map(|block| ["1", "2", "4", "8"].map(|bits| (block, bits)));
+    for ((block, bits), sample) in blocks.zip(samples) {
+        let settings = settings(&[("block", block), ("index_bits", bits)]);
+        check(device, codec("s3dc").as_ref(), &settings, &noise(ODD, sample), &format!("noise {sample}"));
+    }
+}
+
+#[test]
+fn native_and_half_samples_are_exact_on_the_device() {
+    for (bits, sample) in [("native", SampleType::F32), ("native", SampleType::I16), ("half", SampleType::U8)]
+    {
+        let volume = noise([3, 2, 2], sample);
+        let decoder = encoded(codec("raw").as_ref(), &settings(&[("bits", bits)]), &volume);
+        // The sweeps above hold the device to this statement; here it must not be weakened.
+        assert_eq!(decoder.shader().unwrap().agreement(), Agreement::Exact, "{bits} {sample}");
+    }
+}
+
+#[test]
+fn every_codec_on_a_real_volume() {
+    let Some(device) = test_device("parity::real_volume") else { return };
+    let Some(folder) = std::env::var_os("CVR_DATA").map(PathBuf::from) else {
+        println!("skipped parity::real_volume: CVR_DATA names no folder of real volumes");
+        return;
+    };
+    let volume = FiniteVolume::new(input::open(&folder.join("bonsai.nrrd")).unwrap());
+    for codec in registry::codecs().unwrap().iter() {
+        let samples = check(device, codec.as_ref(), &Settings::default(), &volume, "bonsai");
+        assert!(samples >= 256 * 256 * 256, "{}: {samples} samples compared", codec.info().id);
+    }
+}
+
+#[test]
+fn every_codec_passes_the_battery_on_the_device() {
+    let Some(device) = test_device("parity::battery") else { return };
+    for codec in registry::codecs().unwrap().iter() {
+        conformance::run(codec.as_ref(), Some(device)).assert_ok();
+    }
+}

@@ -1,0 +1,143 @@
+//! A whole experiment on the device, through the library and through the command.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use cvr::experiment::provenance::Provenance;
+use cvr::experiment::record::{Record, Status};
+use cvr::experiment::results::Results;
+use cvr::experiment::runner::{Outcome, Run};
+use cvr::experiment::target::Target;
+use cvr::experiment::volumes::load;
+use cvr::registry::Names;
+use cvr_core::pipeline::{Capabilities, Document, resolve};
+use cvr_engine::testing::test_device;
+
+const CONFIG: &str = r##"
+[experiment]
+name = "tiny"
+seed = 3
+
+[[volume]]
+name = "phantom"
+generate = "shepp-logan"
+dims = [24, 24, 24]
+dtype = "u8"
+
+[[codec]]
+id = "raw"
+
+[[codec]]
+id = "s3dc"
+block = 8
+index_bits = 2
+
+[pipeline]
+renderer = ["raycasting"]
+site = ["inline", "host"]
+filter = ["nearest", "linear", "optimised-linear"]
+
+[[scene]]
+name = "front"
+size = [48, 48]
+transfer_function = [[0.0, "#00000000"], [40.0, "#2040a010"], [120.0, "#ffb04060"], [255.0, "#ffffffc0"]]
+"##;
+
+fn run(target: &Target, folder: &Path) -> Outcome {
+    let names = Names::new().unwrap();
+    let document = Document::parse("tiny.toml", CONFIG).unwrap();
+    let experiment = document.experiment(&names.known()).unwrap();
+    let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
+    let volumes: Vec<_> = experiment.volumes.iter().map(|v| load(v, experiment.seed).unwrap()).collect();
+    let run = Run {
+        experiment: &experiment,
+        resolution: &resolution,
+        volumes: &volumes,
+        names: &names,
+        target,
+        folder,
+        report: &|_, _| {},
+    };
+    run.run(Provenance::default()).unwrap()
+}
+
+fn find<'a>(records: &'a [Record], codec: &str, site: &str, filter: &str) -> &'a Record {
+    records.iter().find(|r| r.codec == codec && r.site == site && r.filter == filter).unwrap()
+}
+
+#[test]
+fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
+    let Some(device) = test_device("runs::experiment") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = run(&Target::Device(device.clone()), folder.path());
+    let records = &outcome.records;
+    // Two codecs, two sites, nearest and linear; and optimised-linear where there is a fetch_cell.
+    assert_eq!((records.len(), outcome.refused.len(), outcome.failed()), (9, 3, 0), "{records:#?}");
+    for r in records {
+        let name = format!("{} {} {}", r.codec, r.site, r.filter);
+        assert_eq!((r.status, &r.error), (Status::Ok, &None), "{name}");
+        assert_eq!(r.device, device.info().name, "{name}");
+        assert_eq!(r.parity_mismatches, Some(0), "{name}");
+        assert!(r.frame_ms.unwrap() > 0.0, "{name}");
+        assert!(r.relative_frame_time.unwrap() > 0.0, "{name}");
+        assert!(r.frame_pairs.unwrap() >= 7, "{name}");
+        assert!(r.max_abs_error.unwrap() <= r.error_bound.unwrap(), "{name}");
+        for file in [r.image.as_ref().unwrap(), r.error_image.as_ref().unwrap()] {
+            assert!(folder.path().join(file).is_file(), "{name}: no {file}");
+        }
+    }
+
+    let bytes = |codec, site| find(records, codec, site, "linear").resident_bytes.unwrap();
+    assert_eq!((bytes("raw", "inline"), bytes("raw", "host")), (24 * 24 * 24, 24 * 24 * 24));
+    assert!(bytes("s3dc", "inline") * 2 < bytes("raw", "inline"), "{}", bytes("s3dc", "inline"));
+    assert_eq!(bytes("s3dc", "host"), 4 * 24 * 24 * 24, "decoded values of s3dc are floats");
+
+    // The baseline against itself: sanity, not speed.
+    let baseline = find(records, "raw", "host", "linear");
+    let relative = baseline.relative_frame_time.unwrap();
+    assert!((0.3..3.0).contains(&relative), "raw against itself took {relative} times as long");
+
+    // Raw inline with the manual filter is the reference itself; s3dc at 2 bits is none.
+    assert_eq!(find(records, "raw", "inline", "linear").image_psnr_db, Some(f64::INFINITY));
+    assert!(find(records, "s3dc", "inline", "linear").image_psnr_db.unwrap() < 60.0);
+    assert_eq!(Results::read(&folder.path().join("results.json")).unwrap().records.len(), 9);
+}
+
+fn cvr(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cvr")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+#[test]
+fn the_command_draws_on_the_device_that_is_named() {
+    let Some(device) = test_device("runs::command") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tiny.toml"), CONFIG).unwrap();
+    let name = &device.info().name;
+    // A part of the name, in another case.
+    let part = name.split_whitespace().next().unwrap().to_uppercase();
+    let one = ["--set", "pipeline.filter=[\"nearest\"]", "--set", "pipeline.site=[\"inline\"]"];
+    let arguments = [&["run", "tiny.toml", "--out", "out", "--device", &part][..], &one].concat();
+    let output = cvr(&arguments, folder.path());
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    assert!(errors.contains(&format!("drawing on {name}")), "{errors}");
+    let results = Results::read(&folder.path().join("out/results.json")).unwrap();
+    assert_eq!(results.provenance.adapter, *name);
+    assert_eq!(results.records.len(), 2);
+    assert!(results.records.iter().all(|r| r.status == Status::Ok && r.device == *name));
+    assert!(folder.path().join("out/report.html").is_file());
+}
+
+#[test]
+fn a_device_that_does_not_exist_is_bad_input_and_the_others_are_listed() {
+    let Some(device) = test_device("runs::unknown_device") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tiny.toml"), CONFIG).unwrap();
+    for wrong in ["no such adapter", "#99"] {
+        let output = cvr(&["run", "tiny.toml", "--out", "out", "--device", wrong], folder.path());
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{errors}");
+        assert!(errors.contains(wrong) && errors.contains(&device.info().name), "{errors}");
+        assert!(!folder.path().join("out/results.json").exists());
+    }
+}

@@ -1,0 +1,103 @@
+//! Views, and pictures of them on the device and by the CPU mirror.
+
+use std::sync::Arc;
+
+use cvr_core::codec::{Decoder, Site};
+use cvr_core::render::{
+    Camera, ControlPoint, DecodedFrame, Filter, Image, Projection, Renderer, TransferFunction, View,
+};
+use cvr_core::shader::TextureSampling;
+use cvr_core::volume::{FiniteVolume, FrameIndex, Level, SampleType};
+use cvr_engine::{Device, DrawSource, Drawing, VolumeTexture};
+use cvr_raycasting::Raycasting;
+
+use super::subjects::{hash, volume};
+
+/// Lowest and highest value of the volumes that these scenes show.
+pub fn domain(sample: SampleType) -> (f32, f32) {
+    match sample.integer_range() {
+        Some((low, high)) => (low as f32, high as f32),
+        None => (-1000.0, 1000.0),
+    }
+}
+
+/// A haze with a bright band, over the whole domain.
+pub fn transfer_function(sample: SampleType) -> Arc<TransferFunction> {
+    let (low, high) = domain(sample);
+    let point = |t: f32, rgba| ControlPoint { value: low + (high - low) * t, rgba };
+    let points = vec![
+        point(0.0, [0.1, 0.1, 0.8, 0.0]),
+        point(0.3, [0.1, 0.4, 0.8, 0.02]),
+        point(0.5, [0.9, 0.7, 0.2, 0.3]),
+        point(0.7, [0.9, 0.3, 0.1, 0.1]),
+        point(1.0, [1.0, 1.0, 1.0, 0.6]),
+    ];
+    Arc::new(TransferFunction::new(points).unwrap())
+}
+
+/// From the front right and above, half a voxel per step, to the end of each ray.
+pub fn view(sample: SampleType, size: [u32; 2], filter: Filter) -> View {
+    View {
+        size,
+        camera: Camera { zoom: 1.2, ..Camera::default() },
+        transfer_function: transfer_function(sample),
+        step_voxels: 0.5,
+        termination: 1.0,
+        filter,
+    }
+}
+
+/// A camera at this azimuth and elevation.
+pub fn camera(azimuth: f64, elevation: f64, projection: Projection) -> Camera {
+    Camera { azimuth, elevation, projection, zoom: 1.2, ..Camera::default() }
+}
+
+/// Decoded in the shader.
+pub fn inline<'a>(codec: &'a str, decoder: &'a dyn Decoder) -> DrawSource<'a> {
+    DrawSource::Inline { codec, decoder, frame: FrameIndex::FIRST, level: Level::FULL }
+}
+
+/// Decoded on the CPU, in a texture.
+pub fn host(device: &Device, decoder: &dyn Decoder) -> DrawSource<'static> {
+    let frame = DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap();
+    let texture =
+        VolumeTexture::upload(device, decoder.layout(), frame.values(), decoder.decoded_form()).unwrap();
+    DrawSource::Texture(Arc::new(texture))
+}
+
+/// The source of a site.
+pub fn source<'a>(device: &Device, site: Site, codec: &'a str, decoder: &'a dyn Decoder) -> DrawSource<'a> {
+    match site {
+        Site::Inline => inline(codec, decoder),
+        Site::Host => host(device, decoder),
+        other => panic!("no pictures at the site {other}"),
+    }
+}
+
+/// A picture on the device, and whether its texture unit interpolated.
+pub fn draw(device: &Device, view: &View, source: &DrawSource<'_>) -> (Image, TextureSampling) {
+    let plan = Raycasting.plan(view, source.layout()).unwrap();
+    let drawing = Drawing::new(device, &plan, source, view.filter).unwrap();
+    drawing.draw_timed().unwrap();
+    (drawing.read_image().unwrap(), drawing.filtering())
+}
+
+/// The same picture by the CPU mirror.
+pub fn mirror(view: &View, decoder: &dyn Decoder) -> Image {
+    let frame = DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap();
+    let mut image = Image::new(view.size);
+    Raycasting.reference(view, &frame, &mut image).unwrap();
+    image
+}
+
+/// Smooth structures of a few voxels with a little noise, over the whole domain.
+pub fn textured(size: [u32; 3], spacing: [f64; 3], sample: SampleType) -> FiniteVolume {
+    let (low, high) = domain(sample);
+    let (low, high) = (f64::from(low), f64::from(high));
+    volume(size, spacing, sample, |p| {
+        let [x, y, z] = p.map(f64::from);
+        let waves = (0.9 * x + 0.3 * z).sin() * (0.7 * y - 0.2 * x).cos() * (0.5 * z + 0.4).sin();
+        let noise = f64::from(hash(p)) / f64::from(u32::MAX) - 0.5;
+        low + (high - low) * (0.5 + 0.42 * waves + 0.15 * noise)
+    })
+}
