@@ -199,3 +199,9 @@ fn a_decode_pass_is_what_it_should_be() {
         assert_eq!(voxels_per_invocation(format, 3), 1);
     }
 }
+
+#[test]
+fn the_nearest_filter_breaks_ties_as_its_mirror_does() {
+    let constant = format!("const nearest_tie: f32 = {:?};", Filter::NEAREST_TIE);
+    assert!(shaders::FILTER_NEAREST.source.contains(&constant), "{constant}");
+}

@@ -1,6 +1,7 @@
 //! Commands that print: codecs, devices, shaders, cells.
 
 use cvr::registry::Names;
+use cvr_core::codec::Site;
 
 use super::super::configs::COMPARE;
 use super::super::folder::Folder;
@@ -15,7 +16,7 @@ fn codecs_are_listed_with_all_their_settings() {
             assert!(text.contains(&format!("    {} = {}\n", setting.name, setting.default)), "{text}");
             assert!(text.contains(setting.doc), "{text}");
         }
-        let sites = info.offered().map(|s| s.name()).collect::<Vec<_>>().join(", ");
+        let sites = info.offered().map(Site::name).collect::<Vec<_>>().join(", ");
         assert!(text.contains(&format!("    sites: {sites}")), "{text}");
         if let Some(paper) = &info.paper {
             assert!(text.contains(paper.title), "{text}");
