@@ -37,8 +37,8 @@ fn every_config_reads_and_resolves() {
         ),
         (
             "quickstart",
-            24,
-            6,
+            34,
+            11,
         ),
     ]
     "#);
