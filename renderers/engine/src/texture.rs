@@ -114,7 +114,8 @@ impl VolumeTexture {
     /// # Errors
     /// [`EngineError::TooLarge`] when not even one row fits a buffer, and what the driver refuses.
     pub fn read(&self, device: &Device) -> Result<Vec<f32>, EngineError> {
-        let slabs = Slabs::new(self.layout.extent, self.texel_bytes(), device.capabilities().buffer_bytes)?;
+        let most_bytes = device.capabilities().buffer_bytes.min(SLAB_BYTES as u64);
+        let slabs = Slabs::new(self.layout.extent, self.texel_bytes(), most_bytes)?;
         let mut all = Vec::with_capacity(self.layout.samples_per_frame() as usize);
         for slab in slabs.iter() {
             let bytes: Vec<u8> = device.guarded("reading a volume texture", || {

@@ -131,6 +131,16 @@ fn slabs_do_not_show() {
 }
 
 #[test]
+fn large_volumes_pass_through_a_bounded_buffer() {
+    let Some(device) = test_device("decoding::large") else { return };
+    // 40 MiB: two slabs, the second one cut; there and back.
+    let toy = Formed(Toy::new([512, 512, 40], 1), DecodedForm::FLOAT32);
+    let (texture, slabs) = decode(device, &toy);
+    assert_eq!(slabs, 2);
+    assert!(texture.read(device).unwrap() == toy.0.values());
+}
+
+#[test]
 fn what_stays_resident_is_texels_and_words() {
     let Some(device) = test_device("decoding::resident") else { return };
     let toy = Formed(Toy::new([13, 17, 23], 1), form(TexelFormat::Unorm8, 65535.0, 0.0));
