@@ -7,7 +7,7 @@ struct Slab {
     rows: u32,
     // Words from row to row: a copy wants rows of a multiple of 256 bytes.
     row_words: u32,
-    // A value's texel unit is (value - offset) * per_unit.
+    // texel_of is asked for (value - offset) * per_unit.
     offset: f32,
     per_unit: f32,
 }
