@@ -155,7 +155,7 @@ pub fn merge(mut sources: Vec<Source>, order: &[Identity]) -> Result<Merged, Mer
                 Some(_) => {
                     let problem = format!(
                         "cell {} stands in an earlier folder too, measured on the same device ({device}) with \
-                         other software, data or settings",
+                         other software, processor, data or settings",
                         name.join(" ")
                     );
                     return Err(refuse(&source.folder, problem));

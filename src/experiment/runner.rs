@@ -94,6 +94,8 @@ impl<'a> Run<'a> {
                     ledger.take_over(index, cell, &self.keys().of(cell, volume, self.target));
                 }
             }
+            // Whatever ends this run, its results list what it took over.
+            ledger.write()?;
         }
         let mut target = self.target.clone();
         // Why nothing draws any more.

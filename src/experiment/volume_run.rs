@@ -105,7 +105,9 @@ impl<'a> VolumeRun<'a> {
                 }
                 _ => Err(format!("no scene `{}` or no renderer `{}`", cell.scene, cell.renderer)),
             };
-            if let Ok(stage) = &stage {
+            if let Ok(stage) = &stage
+                && !ledger.has_reference(cell)
+            {
                 let id = reference_id(cell);
                 write_picture(self.run.folder, &id, &stage.reference, stage.background())
                     .map_err(RunError)?;
