@@ -123,7 +123,12 @@ impl<'a> Run<'a> {
             }
             VolumeRun { run: self, volume, target }.run(&left, ledger)?;
             let Some(reason) = target.lost() else { return Ok(()) };
-            match (self.reopen)() {
+            // Another device would measure another thing under the same run.
+            let same = |fresh: Target| {
+                let is_same = (fresh.name(), fresh.driver()) == (target.name(), target.driver());
+                if is_same { Ok(fresh) } else { Err(format!("there is only {}", fresh.name())) }
+            };
+            match (self.reopen)().and_then(same) {
                 Ok(fresh) => *target = fresh,
                 Err(problem) => {
                     *gone =

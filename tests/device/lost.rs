@@ -42,9 +42,17 @@ transfer_function_domain = "range"
 transfer_function = [[0.0, "#00000000"], [1.0, "#ffffffff"]]
 "##;
 
-/// Runs the experiment, and loses the device whenever `loses` holds for the cell that begins; `anew` says whether it
-/// can then be opened again. Also tells how often that was tried.
-fn run(folder: &Path, loses: impl Fn(&str) -> bool, anew: bool) -> (Outcome, usize) {
+/// What becomes of a lost device.
+#[derive(Copy, Clone, PartialEq)]
+enum Then {
+    Back,
+    Gone,
+    OnlyTheMirror,
+}
+
+/// Runs the experiment, and loses the device whenever `loses` holds for the cell that begins. Also tells how often
+/// it was to be opened anew.
+fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usize) {
     let names = Names::new().unwrap();
     let experiment = Document::parse("lost.toml", CONFIG).unwrap().experiment(&names.known()).unwrap();
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
@@ -60,8 +68,10 @@ fn run(folder: &Path, loses: impl Fn(&str) -> bool, anew: bool) -> (Outcome, usi
         target: &first,
         reopen: &|| {
             opened.set(opened.get() + 1);
-            if !anew {
-                return Err("it is unplugged".to_owned());
+            match then {
+                Then::Gone => return Err("it is unplugged".to_owned()),
+                Then::OnlyTheMirror => return Ok(Target::Cpu { reason: None }),
+                Then::Back => {}
             }
             let fresh = Target::open("auto").map_err(|e| e.to_string())?;
             *current.borrow_mut() = fresh.clone();
@@ -94,7 +104,7 @@ fn without_a_loss_nothing_is_opened_anew() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let (outcome, opened) = run(folder.path(), |_| false, true);
+    let (outcome, opened) = run(folder.path(), |_| false, Then::Back);
     assert_eq!((outcome.records.len(), failed(&outcome), opened), (8, vec![], 0));
 }
 
@@ -105,7 +115,7 @@ fn a_lost_device_costs_one_cell_and_is_opened_anew() {
     }
     let folder = tempfile::tempdir().unwrap();
     let host = |name: &str| name.contains("a-raw") && name.contains("host");
-    let (outcome, opened) = run(folder.path(), host, true);
+    let (outcome, opened) = run(folder.path(), host, Then::Back);
     let failed = failed(&outcome);
     assert_eq!((outcome.records.len(), failed.len(), opened), (8, 1, 1), "{failed:?}");
     assert_eq!(failed[0].0, 1, "raw at host is the second cell");
@@ -120,7 +130,7 @@ fn a_device_that_stays_away_fails_the_cells_that_are_left_with_the_reason() {
     }
     let folder = tempfile::tempdir().unwrap();
     let host = |name: &str| name.contains("a-raw") && name.contains("host");
-    let (outcome, opened) = run(folder.path(), host, false);
+    let (outcome, opened) = run(folder.path(), host, Then::Gone);
     let failed = failed(&outcome);
     assert_eq!((outcome.records.len(), failed.len(), opened), (8, 7, 1), "{failed:?}");
     assert_eq!(outcome.records[0].status, Status::Ok, "what was finished before stays");
@@ -132,12 +142,24 @@ fn a_device_that_stays_away_fails_the_cells_that_are_left_with_the_reason() {
 }
 
 #[test]
+fn another_device_does_not_take_its_place() {
+    if test_device("lost::other").is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (outcome, _) = run(folder.path(), |name| name.contains("b-s3dc"), Then::OnlyTheMirror);
+    let failed = failed(&outcome);
+    assert!(failed.len() == 2 && failed[1].1.contains("there is only cpu"), "{failed:?}");
+    assert!(outcome.records.iter().all(|r| r.device != "cpu"));
+}
+
+#[test]
 fn a_device_that_every_cell_loses_does_not_go_on_for_ever() {
     if test_device("lost::always").is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let (outcome, opened) = run(folder.path(), |_| true, true);
+    let (outcome, opened) = run(folder.path(), |_| true, Then::Back);
     assert_eq!((outcome.records.len(), outcome.failed()), (8, 8));
     assert!(opened <= 8, "{opened}");
 }
