@@ -136,7 +136,7 @@ transfer_function = [[0, "#00000000"], [255, "#ffffffff"]]
             ("site", |c, _, _| c.site = Site::Host),
             ("filter", |c, _, _| c.filter = Filter::Nearest),
             ("renderer", |c, _, _| c.renderer.push('2')),
-            ("settings", |c, _, _| c.settings.set("index_bits", cvr_core::codec::SettingValue::Integer(4))),
+            ("settings", |c, _, _| c.settings.set("index_bits", cvr_core::codec::SettingValue::Integer(2))),
             ("samples", |_, v, _| v.provenance.blake3 = "0".repeat(64)),
             ("seed", |_, _, e| e.seed = 2),
             ("step", |_, _, e| e.scenes[0].step_voxels = 0.51),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::experiment::provenance::{ReferencePicture, VolumeProvenance};
+use crate::experiment::provenance::{Part, ReferencePicture, VolumeProvenance};
 use crate::experiment::record::Status;
 use crate::experiment::results::tests::record;
 
