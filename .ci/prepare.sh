@@ -16,9 +16,12 @@ install_packages() {
         as_root=(sudo -n)
     fi
     say "installing: $*"
-    "${as_root[@]}" apt-get update -qq >/dev/null 2>&1
-    DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "$@" \
-        >/dev/null 2>&1
+    local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -y -qq)
+    "${apt[@]}" update >/dev/null 2>&1
+    "${apt[@]}" install --no-install-recommends "$@" >/dev/null 2>&1 && return 0
+    # An installation that was interrupted before stands in the way of every later one until it is repaired.
+    "${apt[@]}" -f install >/dev/null 2>&1
+    "${apt[@]}" install --no-install-recommends "$@" >/dev/null 2>&1
 }
 
 need_rust() {

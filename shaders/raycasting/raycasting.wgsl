@@ -44,13 +44,17 @@ fn cast_ray(pixel: vec2<u32>) -> vec4<f32> {
     let near = max(max(low.x, low.y), max(low.z, 0.0));
     let far = min(min(high.x, high.y), high.z);
 
+    // From where the ray enters: the smaller the numbers, the less the samples' places depend on rounding.
+    let entry = ray.origin + ray.direction * near;
+    let end = far - near;
+
     var result = vec4<f32>(0.0);
     // A sample stands for the piece of ray around it. The last piece is cut at the border, so that the picture
     // does not depend on how the division rounds.
-    for (var i = 0u; near + f32(i) * view.step < far; i++) {
-        let start = near + f32(i) * view.step;
-        let piece = min(view.step, far - start);
-        let sample = classify(volume_sample(ray.origin + ray.direction * (start + 0.5 * piece)));
+    for (var i = 0u; f32(i) * view.step < end; i++) {
+        let start = f32(i) * view.step;
+        let piece = min(view.step, end - start);
+        let sample = classify(volume_sample(entry + ray.direction * (start + 0.5 * piece)));
         if sample.a > 0.0 {
             let weight = opacity_over(sample.a, piece) * (1.0 - result.a);
             // The last sample counts as far as the ray goes: whether it ends here or one sample later, which

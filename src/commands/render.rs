@@ -13,7 +13,7 @@ use super::opened::Opened;
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::BadInput;
-use crate::experiment::stage::RAW;
+use crate::experiment::stage::{RAW, check_range};
 use crate::experiment::target::{Target, VoxelSource};
 use crate::registry::{Names, renderer};
 
@@ -61,6 +61,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     }
     let frame = Arc::new(DecodedFrame::decode(decoder.as_ref(), FrameIndex::FIRST)?);
     let range = ValueRange::of(frame.values().iter().copied()).unwrap_or(ValueRange { min: 0.0, max: 0.0 });
+    check_range(range).map_err(BadInput)?;
     let target = Target::open(&args.device)?;
     let host = match args.site {
         Site::Host => Some(target.upload(decoder.as_ref(), frame)?),

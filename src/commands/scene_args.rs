@@ -46,8 +46,8 @@ impl SceneArgs {
     /// The scene.
     pub fn scene(&self) -> Result<Scene, BadInput> {
         let positive = |x: f64| x > 0.0 && x.is_finite();
-        if !positive(self.zoom) || !positive(f64::from(self.step_voxels)) {
-            return Err(BadInput("--zoom and --step-voxels must be positive".to_owned()));
+        if !positive(self.zoom) || !Scene::STEP_VOXELS.contains(&self.step_voxels) {
+            return Err(BadInput("--zoom must be positive, --step-voxels from 0.01 to 1000".to_owned()));
         }
         if !self.azimuth.is_finite() || !(-90.0..=90.0).contains(&self.elevation) {
             return Err(BadInput(

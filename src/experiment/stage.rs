@@ -14,6 +14,20 @@ use super::target::{DrawError, HostVolume, Picture, Target, VoxelSource};
 /// Id of the codec that holds the uncompressed volume.
 pub const RAW: &str = "raw";
 
+/// Renderers subtract values of a volume from each other, in single precision.
+///
+/// # Errors
+/// A sentence, when such a difference overflows: a picture would silently lack what lies there.
+pub fn check_range(range: ValueRange) -> Result<(), String> {
+    if range.span() <= f64::from(f32::MAX) {
+        return Ok(());
+    }
+    let ValueRange { min, max } = range;
+    Err(format!(
+        "values from {min:e} to {max:e} cannot be filtered: their differences exceed single precision; scale the volume"
+    ))
+}
+
 /// The uncompressed volume on the target.
 #[derive(Debug)]
 pub struct RawVolume {
@@ -69,6 +83,7 @@ impl<'a> Stage<'a> {
         raw: &'a RawVolume,
     ) -> Result<Self, String> {
         let range = volume.range();
+        check_range(range)?;
         let linear = scene.view(range, Filter::Linear).map_err(|e| e.to_string())?;
         let picture = |site| target.picture(renderer, &linear, &raw.at(site)).map_err(|e| e.to_string());
         let reference = picture(Site::Inline)?.image().map_err(|e| e.to_string())?;

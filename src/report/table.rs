@@ -40,7 +40,7 @@ fn count(n: Option<u64>) -> String {
 }
 
 /// Columns in reading order: what the cell is, then size, voxels, picture, speed, and the rest.
-const COLUMNS: [Column; 39] = [
+const COLUMNS: [Column; 40] = [
     text("volume", "volume", |r| r.volume.clone()),
     text("codec", "codec", |r| r.codec.clone()),
     text("settings", "settings", |r| r.settings.clone()),
@@ -77,6 +77,7 @@ const COLUMNS: [Column; 39] = [
     })),
     secondary(number("voxels", "voxels", |r| r.voxels.to_string())),
     secondary(number("frames", "frames", |r| r.frames.to_string())),
+    secondary(number("parity_mismatches", "parity mismatches", |r| count(r.parity_mismatches))),
     secondary(number("replaced_samples", "replaced samples", |r| r.replaced_samples.to_string())),
     secondary(text("device", "device", |r| r.device.clone())),
     secondary(text("driver", "driver", |r| r.driver.clone())),

@@ -80,7 +80,7 @@ fn s3dc_cubes_and_boxes_with_every_index_width() {
 }
 
 #[test]
-fn native_and_half_samples_are_exact_on_the_device() {
+fn native_and_half_samples_promise_to_be_exact() {
     for (bits, sample) in [("native", SampleType::F32), ("native", SampleType::I16), ("half", SampleType::U8)]
     {
         let volume = noise([3, 2, 2], sample);

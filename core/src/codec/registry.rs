@@ -70,3 +70,54 @@ impl Registry {
         self.codecs.keys().copied().collect::<Vec<_>>().join(", ")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::{CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Settings};
+    use crate::container::EncodedVolume;
+
+    #[derive(Debug)]
+    struct Named(CodecInfo);
+
+    impl Codec for Named {
+        fn info(&self) -> &CodecInfo {
+            &self.0
+        }
+
+        fn encoder(&self, _: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
+            Err(ConfigError::Contradiction("encodes nothing".to_owned()))
+        }
+
+        fn decoder(&self, _: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
+            Err(DecodeError::Corrupt("decodes nothing".to_owned()))
+        }
+    }
+
+    fn named(id: &'static str) -> Arc<dyn Codec> {
+        Arc::new(Named(CodecInfo {
+            id,
+            summary: "",
+            stream_version: 1,
+            sites: &[],
+            fetch_cell: false,
+            paper: None,
+            settings: &[],
+        }))
+    }
+
+    #[test]
+    fn duplicate_unknown_and_malformed_ids_are_refused_with_the_known_ones() {
+        let mut registry = Registry::default();
+        registry.register(named("raw")).unwrap();
+        registry.register(named("s3dc")).unwrap();
+        let twice = registry.register(named("raw")).unwrap_err().to_string();
+        assert_eq!(twice, "codec `raw` is registered twice; known codecs: raw, s3dc");
+        let unknown = registry.get("tvq").unwrap_err().to_string();
+        assert_eq!(unknown, "no codec `tvq`; known codecs: raw, s3dc");
+        for id in ["", "S3dc", "s3-dc", "3dc", "s3dc_"] {
+            assert_eq!(registry.register(named(id)), Err(RegistryError::BadId(id.to_owned())));
+        }
+        assert_eq!(registry.iter().count(), 2);
+    }
+}

@@ -24,7 +24,8 @@ pub struct AgreementRule {
 /// | MANUAL   | 99.9 %                    | 1/255  | 4/255       | same arithmetic; fused and reordered operations  |
 /// | HARDWARE | 100 %                     | 8/255  | 8/255       | texture units weigh with 8 bits                  |
 impl AgreementRule {
-    /// Filtered by the shader, by the mirror's own arithmetic.
+    /// Filtered by the shader, by the mirror's own arithmetic. With the filter *nearest* a sample that lies within
+    /// rounding of a voxel's face may still fall to either side, on one pixel in thousands.
     pub const MANUAL: Self =
         Self { name: "manual filter", within: 1.0 / 255.0, fraction: 0.999, limit: 4.0 / 255.0 };
     /// Filtered by the texture unit.

@@ -20,7 +20,7 @@ pub struct Scene {
     pub control_points: Vec<ControlPoint>,
     /// What the values of the control points mean.
     pub domain: TransferDomain,
-    /// Distance between samples along a ray in voxel lengths, above 0; default 0.5.
+    /// Distance between samples along a ray in voxel lengths, within [`Scene::STEP_VOXELS`]; default 0.5.
     pub step_voxels: f32,
     /// A ray ends when its opacity reaches this, above 0 and at most 1 (= never); default 0.999.
     pub early_termination: f32,
@@ -52,6 +52,8 @@ impl TransferDomain {
 impl Scene {
     /// Longest side of a picture in pixels.
     pub const MAX_SIZE: u32 = 8192;
+    /// Steps that make sense: below, a frame takes minutes and shows nothing more; above, a ray misses the volume.
+    pub const STEP_VOXELS: std::ops::RangeInclusive<f32> = 0.01..=1000.0;
 
     /// The view of a volume whose values lie in `range`.
     ///

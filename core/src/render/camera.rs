@@ -94,7 +94,11 @@ impl Camera {
 
         let to_voxels = |world: DVec3| world / voxel_size;
         let half_angle = (self.field_of_view / 2.0).to_radians();
-        let distance = radius / half_angle.sin();
+        let distance = match self.projection {
+            Projection::Perspective => radius / half_angle.sin(),
+            // Parallel rays may start anywhere before the volume: the nearer, the less their places are rounded.
+            Projection::Orthographic => radius + 1.0,
+        };
         let eye = to_voxels(-forward * distance) + extent / 2.0;
         // u and v are −1..1 across the shorter side of the picture.
         let pixel = (2.0 / f64::from(size[0].min(size[1]))) as f32;

@@ -169,3 +169,9 @@ fn everything_else_that_breaks_the_contract_is_refused() {
     // A comment that mentions what is forbidden harms nothing.
     dump(&format!("// @group pow\n/* var<private> x */\n{SNIPPET}")).unwrap();
 }
+
+#[test]
+fn the_nearest_filter_breaks_ties_as_its_mirror_does() {
+    let constant = format!("const nearest_tie: f32 = {:?};", Filter::NEAREST_TIE);
+    assert!(shaders::FILTER_NEAREST.source.contains(&constant), "{constant}");
+}

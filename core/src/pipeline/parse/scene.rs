@@ -40,7 +40,7 @@ pub(super) fn read(node: &Node) -> Result<Scene, Diagnostic> {
     let points =
         fields.require("transfer_function", "transfer_function = [[0, \"#00000000\"], [255, \"#ffffffff\"]]");
     let step = fields.optional("step_voxels", |n| {
-        n.number("a step in voxels, above 0", |x| x as f32 > 0.0 && (x as f32).is_finite())
+        n.number("a step from 0.01 to 1000 voxels", |x| Scene::STEP_VOXELS.contains(&(x as f32)))
     })?;
     let termination = fields.optional("early_termination", |n| {
         n.number("an opacity above 0 and at most 1", |x| x as f32 > 0.0 && x <= 1.0)

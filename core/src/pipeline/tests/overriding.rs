@@ -61,11 +61,11 @@ fn a_mistake_in_an_override_points_at_the_override() {
     .map(|set| read(EXAMPLE, &[set]).unwrap_err())
     .collect();
     insta::assert_snapshot!(errors.join("\n\n"), @r#"
-    error: expected a step in voxels, above 0, found `-1`
+    error: expected a step from 0.01 to 1000 voxels, found `-1`
       ┌─ --set:1:19
       │
     1 │ scene.step_voxels=-1
-      │                   ^^ expected a step in voxels, above 0
+      │                   ^^ expected a step from 0.01 to 1000 voxels
 
     error: the scene has no key `stepp_voxels`
       ┌─ --set:1:7

@@ -117,23 +117,23 @@ fn scenes() {
     23 │ size = 256
        │        ^^^ expected width and height in pixels
 
-    error: expected a step in voxels, above 0, found `0`
+    error: expected a step from 0.01 to 1000 voxels, found `0`
        ┌─ x.toml:26:15
        │
     26 │ step_voxels = 0
-       │               ^ expected a step in voxels, above 0
+       │               ^ expected a step from 0.01 to 1000 voxels
 
-    error: expected a step in voxels, above 0, found `nan`
+    error: expected a step from 0.01 to 1000 voxels, found `nan`
        ┌─ x.toml:26:15
        │
     26 │ step_voxels = nan
-       │               ^^^ expected a step in voxels, above 0
+       │               ^^^ expected a step from 0.01 to 1000 voxels
 
-    error: expected a step in voxels, above 0, found a string
+    error: expected a step from 0.01 to 1000 voxels, found a string
        ┌─ x.toml:26:15
        │
     26 │ step_voxels = "0.5"
-       │               ^^^^^ expected a step in voxels, above 0
+       │               ^^^^^ expected a step from 0.01 to 1000 voxels
 
     error: expected an opacity above 0 and at most 1, found `1.5`
        ┌─ x.toml:26:21
