@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
 mod device {
+    mod lost;
     mod mutated;
     mod parity;
     mod parity_of_parity;
