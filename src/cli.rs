@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{check_config, codecs, decode, devices, encode, info, render, run, shader};
+use crate::commands::{check_config, codecs, decode, devices, encode, info, merge, render, run, shader};
 use crate::exit::{BAD_INPUT, BadInput};
 
 /// A workbench for compressed volume rendering.
@@ -19,16 +19,21 @@ const EXAMPLES: &str = "\
 Examples:
   cvr run configs/quickstart.toml                       compare codecs on an embedded volume
   cvr run configs/compare.toml --volume head.nrrd       the same comparison on your own volume
+  cvr run configs/compare.toml --resume                 go on where a run was stopped
+  cvr merge half1 half2 --out both                      join what two shards have measured
   cvr encode head.nrrd head.cvr --codec s3dc --set block=8
   cvr render head.cvr head.png --azimuth 45
   cvr codecs                                            what there is to choose from
 
-Exit codes: 0 all went well; 1 some cells failed (the report is written); 2 bad input.";
+Exit codes: 0 all went well; 1 some cells failed (the report is written); 2 bad input; 130 stopped by Ctrl-C (the
+report of what was finished is written).";
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run an experiment and write its report.
     Run(run::Args),
+    /// Join the results of shards, or of several machines, in one folder.
+    Merge(merge::Args),
     /// Read a configuration and say what it would run, or what is wrong with it.
     CheckConfig(check_config::Args),
     /// Encode a volume.
@@ -52,6 +57,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::CheckConfig(args) => check_config::run(&args),
         Command::Encode(args) => encode::run(&args),
         Command::Decode(args) => decode::run(&args),

@@ -44,9 +44,14 @@ impl CellBar {
         Self(bar(cells as u64, "{bar:30} {pos}/{len} cells, {eta} left  {wide_msg}"))
     }
 
-    /// Cell `index` begins.
-    pub fn cell(&self, index: usize, name: &str) {
-        self.0.set_position(index as u64);
+    /// The cell `name` begins, when `done` others are done.
+    pub fn cell(&self, done: usize, name: &str) {
+        let jumps = done as u64 > self.0.position() + 1;
+        self.0.set_position(done as u64);
+        if jumps {
+            // Cells that were taken over took no time, and tell nothing of those that are left.
+            self.0.reset_eta();
+        }
         self.0.set_message(name.to_owned());
     }
 

@@ -5,6 +5,7 @@
 
 mod device {
     mod deferred;
+    mod lost;
     mod mutated;
     mod parity;
     mod parity_of_parity;

@@ -10,9 +10,12 @@ mod host {
     mod folder;
     mod golden;
     mod golden_files;
+    mod kills;
     mod real_volumes;
     mod records;
+    mod resume;
     mod shader_text;
+    mod shards;
     mod spacing;
     mod volumes;
 }

@@ -6,6 +6,7 @@ pub mod decode;
 pub mod devices;
 pub mod encode;
 pub mod info;
+pub mod merge;
 pub mod render;
 pub mod run;
 pub mod shader;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use cvr_core::pipeline::{Capabilities, Experiment, Resolution, resolve};
@@ -9,19 +10,32 @@ use cvr_core::pipeline::{Capabilities, Experiment, Resolution, resolve};
 use super::check_config::print_refused;
 use super::config_file::ConfigFile;
 use super::volume_args::RawArgs;
-use crate::exit::{BadInput, SOME_FAILED};
+use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
+use crate::experiment::folder::lock;
+use crate::experiment::interrupt;
 use crate::experiment::machine;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::{Record, Status};
 use crate::experiment::runner::{Outcome, Run};
+use crate::experiment::shard::Shard;
 use crate::experiment::target::Target;
 use crate::experiment::volumes::{LoadedVolume, load};
 use crate::progress::CellBar;
 use crate::registry::Names;
 use crate::report;
 
+const NOTES: &str = "\
+Every file in the folder is whole or not there, whenever a run ends. Ctrl-C stops after the running step, writes
+the report of what is finished and exits with 130; a second Ctrl-C stops at once. To go on, give the same command
+with --resume.
+
+Shards that run at the same time need folders of their own; `cvr merge` joins them. Shards that run one after
+another may share a folder under --resume, which never removes cells of others; a last run with --resume and
+without --shard then writes the results of all.";
+
 /// Arguments of `cvr run`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = NOTES)]
 pub struct Args {
     /// The configuration.
     config: PathBuf,
@@ -41,6 +55,13 @@ pub struct Args {
     /// Print the cells and the refused combinations, and run nothing.
     #[arg(long)]
     list_cells: bool,
+    /// Take over what an earlier run finished in the folder, and run only what is missing, failed, or would come
+    /// out otherwise: with other data, settings, scenes, seed, device or software. Without it the folder is emptied.
+    #[arg(long)]
+    resume: bool,
+    /// Run only the I-th of N shares of the cells, from 1/N to N/N. Nothing is encoded in two of them.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     #[command(flatten)]
     raw: RawArgs,
 }
@@ -55,7 +76,11 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     if let Some(path) = &args.volume {
         experiment.replace_volumes(vec![args.raw.volume(path)?])?;
     }
-    let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
+    let mut resolution = resolve(&experiment, &names.known(), &Capabilities::default());
+    let no_cells = resolution.cells.is_empty();
+    if let Some(shard) = args.shard {
+        resolution.cells = shard.select(resolution.cells);
+    }
     if args.list_cells {
         for cell in &resolution.cells {
             say!("{}", cell.id());
@@ -63,7 +88,8 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         print_refused(&resolution);
         return Ok(ExitCode::SUCCESS);
     }
-    if resolution.cells.is_empty() {
+    // A shard may be empty: there are more of them than groups of cells.
+    if no_cells {
         print_refused(&resolution);
         return Err(BadInput(format!("{}: no combination can run", args.config.display())));
     }
@@ -73,7 +99,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let volumes = load_all(&experiment)?;
     // Only now: bad input leaves no empty folder behind.
     std::fs::create_dir_all(&folder).map_err(|e| BadInput(format!("{}: {e}", folder.display())))?;
+    let _lock = lock(&folder).map_err(BadInput)?;
 
+    let stop: &AtomicBool = interrupt::listen();
     let start = Instant::now();
     let bar = CellBar::new(resolution.cells.len());
     let run = Run {
@@ -82,13 +110,26 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         volumes: &volumes,
         names: &names,
         target: &target,
+        reopen: &|| Target::open(&args.device).map_err(|e| e.to_string()),
         folder: &folder,
+        resume: args.resume,
+        stop,
         report: &|index, name| bar.cell(index, name),
     };
-    let outcome = run.run(provenance(&experiment, text, &volumes, &target))?;
+    let outcome = run.run(provenance(args, &experiment, text, &volumes, &target))?;
     bar.finish();
     report::write(&folder, &outcome.provenance, &outcome.records, &outcome.refused)?;
+    if args.resume {
+        let Outcome { taken_over, encodings, .. } = outcome;
+        say!("{taken_over} of {} cells taken over; {encodings} encodings", resolution.cells.len());
+    }
     summary(&folder, &outcome, &resolution, start);
+    if outcome.missing > 0 {
+        let command = machine::command_line();
+        let resume = if args.resume { "" } else { " --resume" };
+        eprintln!("interrupted: {} cells are left; go on with: {command}{resume}", outcome.missing);
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
     Ok(if outcome.failed() > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
 }
 
@@ -110,6 +151,7 @@ fn announce(target: &Target) {
 }
 
 fn provenance(
+    args: &Args,
     experiment: &Experiment,
     config: String,
     volumes: &[LoadedVolume],
@@ -127,6 +169,7 @@ fn provenance(
         volumes: volumes.iter().map(|v| v.provenance.clone()).collect(),
         seed: experiment.seed,
         config,
+        overrides: args.set.clone(),
         command_line: machine::command_line(),
         date: machine::date(),
         baseline:
@@ -134,6 +177,7 @@ fn provenance(
                    hand); drawn in turn with each cell"
                 .to_owned(),
         references: Vec::new(),
+        parts: Vec::new(),
     }
 }
 

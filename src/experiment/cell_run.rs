@@ -1,6 +1,7 @@
 //! One cell: draw, compare, time, record.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use cvr_core::codec::Site;
 use cvr_core::metrics::{ImageError, error_picture};
@@ -13,7 +14,7 @@ use super::deferred::DeferredVolume;
 use super::encoded::Encoded;
 use super::record::Record;
 use super::stage::Stage;
-use super::target::{Decoded, HostVolume, Target, VoxelSource};
+use super::target::{Decoded, HostVolume, Picture, Target, VoxelSource};
 
 /// Folder of the pictures, below the report's.
 pub const IMAGES: &str = "images";
@@ -58,7 +59,8 @@ pub fn record_encoding(record: &mut Record, encoded: &Encoded, parity: Option<u6
 /// Draws, compares and times one cell.
 ///
 /// # Errors
-/// A sentence that says what failed; what was measured before it stands in the record.
+/// A sentence that says what failed; what was measured before it stands in the record. Once `stop` is true, the
+/// step after the running one is such a failure.
 pub fn run(
     record: &mut Record,
     cell: &Cell,
@@ -66,12 +68,15 @@ pub fn run(
     host: Option<HostVolume>,
     stage: &mut Stage<'_>,
     folder: &Path,
+    stop: &AtomicBool,
 ) -> Result<(), String> {
+    let go_on = || if stop.load(Ordering::Relaxed) { Err("stopped".to_owned()) } else { Ok(()) };
     let decoded = match (host, cell.site) {
         (Some(host), _) => Decoded::Host(host),
         (None, Site::Deferred) => Decoded::Deferred(decode(record, cell, encoded, stage.target())?),
         (None, _) => Decoded::Inline,
     };
+    go_on()?;
     let voxels = VoxelSource { codec: &cell.codec, decoder: encoded.decoder.as_ref(), decoded };
     debug_assert_eq!(voxels.site(), cell.site);
     let background = stage.background();
@@ -80,6 +85,7 @@ pub fn run(
     record.filtering = Some(picture.filtering().to_owned());
     let image = picture.image().map_err(|e| e.to_string())?;
 
+    go_on()?;
     let error = ImageError::compare(&stage.reference, &image, background).map_err(|e| e.to_string())?;
     record.image_psnr_db = Some(error.psnr_db);
     record.image_ssim = Some(error.ssim);
@@ -95,8 +101,11 @@ pub fn run(
     write_png(&folder.join(&name), image.size(), &colours).map_err(|e| e.to_string())?;
     record.error_image = Some(name);
 
-    let timing = paired(|| stage.baseline.draw(), || picture.draw(), PairBudget::default())
-        .map_err(|e| e.to_string())?;
+    let draw = |picture: &Picture<'_>| {
+        go_on()?;
+        picture.draw().map_err(|e| e.to_string())
+    };
+    let timing = paired(|| draw(&stage.baseline), || draw(&picture), PairBudget::default())?;
     record.frame_ms = Some(timing.frame_ms);
     record.frame_ms_iqr = Some(timing.frame_ms_iqr);
     record.frame_cpu_ms = timing.frame_cpu_ms;
@@ -104,6 +113,7 @@ pub fn run(
     record.relative_frame_time = Some(timing.relative);
     record.relative_frame_time_iqr = Some(timing.relative_iqr);
     record.frame_pairs = Some(timing.pairs as u32);
+    record.flag_noise();
     Ok(())
 }
 

@@ -28,6 +28,9 @@ pub struct Provenance {
     pub seed: u64,
     /// Text of the experiment's configuration.
     pub config: String,
+    /// Keys of the configuration that were overridden, as `--set` had them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub overrides: Vec<String>,
     /// The command that ran it.
     pub command_line: String,
     /// When it was run: RFC 3339, UTC.
@@ -37,6 +40,36 @@ pub struct Provenance {
     /// The pictures that `image_*` metrics compare with.
     #[serde(default)]
     pub references: Vec<ReferencePicture>,
+    /// The runs that were merged, where it is no single one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<Part>,
+}
+
+/// One of several runs that were merged.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// Name of its folder, without the folders above it.
+    pub folder: String,
+    /// Records that it had.
+    pub records: u64,
+    /// Version of this software.
+    pub version: String,
+    /// Commit that it was built from; `None` when unknown.
+    pub git_hash: Option<String>,
+    /// Graphics adapter, or `cpu`.
+    pub adapter: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Graphics interface.
+    pub backend: String,
+    /// Processor.
+    pub cpu: String,
+    /// Processor cores that were used.
+    pub cores: u32,
+    /// The command that ran it.
+    pub command_line: String,
+    /// When it was run: RFC 3339, UTC.
+    pub date: String,
 }
 
 /// One input volume.

@@ -105,3 +105,59 @@ pub struct Record {
     /// timestamps where all runs have believable ones, else by the wall clock. `frame_ms` does not hold it.
     pub device_decode_ms: Option<f64>,
 }
+
+/// Spread (interquartile range over median) of the paired ratio above which a frame time is flagged: the middle half
+/// of the pairs then spans more than a quarter of the value that is reported.
+pub const NOISY_SPREAD: f64 = 0.25;
+
+impl Record {
+    /// Adds a remark.
+    pub fn remark(&mut self, text: &str) {
+        match &mut self.notes {
+            Some(notes) => notes.extend(["; ", text]),
+            None => self.notes = Some(text.to_owned()),
+        }
+    }
+
+    /// Remarks on a frame time whose pairs disagree by more than [`NOISY_SPREAD`].
+    pub fn flag_noise(&mut self) {
+        if let (Some(ratio), Some(iqr)) = (self.relative_frame_time, self.relative_frame_time_iqr)
+            && iqr > NOISY_SPREAD * ratio
+        {
+            let percent = 100.0 * iqr / ratio;
+            self.remark(&format!(
+                "noisy timing: the middle half of the paired ratios spans {percent:.0} % of their median"
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_noisy_timings_are_flagged() {
+        let timed = |iqr| Record {
+            relative_frame_time: Some(2.0),
+            relative_frame_time_iqr: Some(iqr),
+            notes: Some("from the encoder".to_owned()),
+            ..Record::default()
+        };
+        for (iqr, noisy) in [(0.0, false), (0.5, false), (0.51, true), (4.0, true)] {
+            let mut record = timed(iqr);
+            record.flag_noise();
+            let notes = record.notes.unwrap();
+            assert_eq!(notes.contains("; noisy timing: "), noisy, "{iqr}: {notes}");
+            assert!(notes.starts_with("from the encoder"), "{notes}");
+        }
+        let mut alone = Record { notes: None, ..timed(1.0) };
+        alone.flag_noise();
+        assert!(
+            alone.notes.unwrap().starts_with("noisy timing: the middle half of the paired ratios spans 50 %")
+        );
+        let mut untimed = Record::default();
+        untimed.flag_noise();
+        assert_eq!(untimed.notes, None);
+    }
+}

@@ -85,6 +85,15 @@ impl Target {
         }
     }
 
+    /// Why the device is gone for good; every later call on it fails. The mirror is never lost.
+    #[must_use]
+    pub fn lost(&self) -> Option<String> {
+        match self {
+            Self::Cpu { .. } => None,
+            Self::Device(device) => device.lost(),
+        }
+    }
+
     /// Makes a decoded frame drawable at the site *host*.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use super::chart::{Chart, Mark};
 use super::charts::{Palette, frame_time, picture_ssim, voxel_psnr};
 use super::embed::{EMBEDDED_BYTES, Pictures};
 use super::{ReportError, pictures, summary, table};
-use crate::experiment::provenance::{Provenance, RefusedCell, VolumeProvenance};
+use crate::experiment::provenance::{Part, Provenance, RefusedCell, VolumeProvenance};
 use crate::experiment::record::Record;
 
 use cvr_core::metrics::ERROR_CLASSES;
@@ -114,8 +114,14 @@ fn provenance_values(p: &Provenance) -> Value {
         baseline => p.baseline.clone(),
         command_line => p.command_line.clone(),
         config => p.config.clone(),
+        parts => p.parts.iter().map(part_text).collect::<Vec<_>>(),
         volumes => p.volumes.iter().map(volume_values).collect::<Vec<_>>(),
     }
+}
+
+fn part_text(part: &Part) -> String {
+    let Part { folder, records, adapter, driver, cpu, date, .. } = part;
+    [folder, &format!("{records} cells"), adapter, driver, cpu, date].map(String::as_str).join(" · ")
 }
 
 fn volume_values(v: &VolumeProvenance) -> Value {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::experiment::provenance::{ReferencePicture, VolumeProvenance};
+use crate::experiment::provenance::{Part, ReferencePicture, VolumeProvenance};
 use crate::experiment::record::Status;
 use crate::experiment::results::tests::record;
 
@@ -142,6 +142,7 @@ fn sample(dir: &Path) -> (Provenance, Vec<Record>, Vec<RefusedCell>) {
         date: "2026-11-22T19:00:00Z".into(),
         baseline: "raw texture + hardware linear, 11 pairs ABAB after 3 of warm-up".into(),
         references,
+        ..Provenance::default()
     };
     let refused = vec![RefusedCell {
         volume: "bonsai".into(),
@@ -261,6 +262,7 @@ fn hostile_text_stays_text() {
         adapter: evil.into(),
         config: evil.into(),
         command_line: evil.into(),
+        parts: vec![Part { folder: evil.into(), date: evil.into(), ..Default::default() }],
         volumes: vec![VolumeProvenance { name: evil.into(), source: evil.into(), ..Default::default() }],
         ..Default::default()
     };

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::atomic::AtomicBool;
 
 use cvr::experiment::provenance::Provenance;
 use cvr::experiment::record::{Record, Status};
@@ -55,7 +56,10 @@ fn run(target: &Target, folder: &Path) -> Outcome {
         volumes: &volumes,
         names: &names,
         target,
+        reopen: &|| Err("this test opens its device once".to_owned()),
         folder,
+        resume: false,
+        stop: &AtomicBool::new(false),
         report: &|_, _| {},
     };
     run.run(Provenance::default()).unwrap()

@@ -129,11 +129,18 @@ fn every_cell_has_a_record_of_its_own() {
     let folder = runs();
     let json = folder.json("a/results.json");
     let names = folder.names();
-    let cells: Vec<Value> = names
+    let mut cells: Vec<Value> = names
         .iter()
         .filter(|n| n.starts_with("a/cells/") && n.ends_with(".json"))
         .map(|n| folder.json(n))
         .collect();
+    for cell in &mut cells {
+        // What a cell's file holds beside the record.
+        let fields = cell.as_object_mut().unwrap();
+        assert_eq!(fields.remove("key").unwrap().as_str().unwrap().len(), 64);
+        assert_eq!(fields.remove("pictures").unwrap().as_object().unwrap().len(), 3);
+        assert!(fields.remove("not_finite").is_some());
+    }
     assert_eq!(cells.len(), 12, "{names:?}");
     for record in json["records"].as_array().unwrap() {
         assert_eq!(cells.iter().filter(|c| *c == record).count(), 1, "{record}");

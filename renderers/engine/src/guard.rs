@@ -83,9 +83,15 @@ impl Device {
         result
     }
 
+    /// Why the device is gone, once it is: every later call on it fails.
+    #[must_use]
+    pub fn lost(&self) -> Option<String> {
+        self.reports().lost()
+    }
+
     /// Fails once the device is gone.
     fn check_alive(&self) -> Result<(), EngineError> {
-        self.reports().lost().map_or(Ok(()), |reason| Err(EngineError::DeviceLost(reason)))
+        self.lost().map_or(Ok(()), |reason| Err(EngineError::DeviceLost(reason)))
     }
 
     /// Waits until everything submitted so far is done and its callbacks have run.

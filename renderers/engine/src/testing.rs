@@ -48,6 +48,11 @@ pub fn test_device(test_name: &str) -> Option<&'static Device> {
     None
 }
 
+/// Destroys a device, which must not be the shared one of [`test_device`]: the next call on it finds it lost.
+pub fn lose(device: &Device) {
+    device.wgpu().destroy();
+}
+
 #[cfg(test)]
 mod tests {
     use std::process::{Command, Output};

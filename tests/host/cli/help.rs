@@ -3,8 +3,23 @@
 use super::super::folder::Folder;
 
 /// Every command with the options that it has of its own.
-const COMMANDS: [(&str, &[&str]); 9] = [
-    ("run", &["<CONFIG>", "--out", "--volume", "--set", "--device", "--list-cells", "--dims", "--dtype"]),
+const COMMANDS: [(&str, &[&str]); 10] = [
+    (
+        "run",
+        &[
+            "<CONFIG>",
+            "--out",
+            "--volume",
+            "--set",
+            "--device",
+            "--list-cells",
+            "--resume",
+            "--shard",
+            "--dims",
+            "--dtype",
+        ],
+    ),
+    ("merge", &["<DIR>", "--out"]),
     ("check-config", &["<CONFIG>", "--set"]),
     ("encode", &["<VOLUME>", "<OUT>", "--codec", "--set", "--dims", "--dtype", "--byte-order", "--spacing"]),
     ("decode", &["<CONTAINER>", "<OUT>", "--float"]),

@@ -1,0 +1,98 @@
+//! `cvr merge`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use cvr_core::pipeline::{Capabilities, Document, Experiment, FilePath, Volume, VolumeSource, resolve};
+
+use crate::exit::{BadInput, SOME_FAILED};
+use crate::experiment::folder::{clear, lock};
+use crate::experiment::merge::{Identity, Source, merge};
+use crate::experiment::provenance::Provenance;
+use crate::experiment::record::Status;
+use crate::registry::Names;
+use crate::report;
+
+/// Arguments of `cvr merge`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = NOTES)]
+pub struct Args {
+    /// Folders that `cvr run` or `cvr merge` wrote, all of one experiment.
+    #[arg(required = true, value_name = "DIR")]
+    folders: Vec<PathBuf>,
+    /// Folder for all of them together; what it held before is removed.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+const NOTES: &str = "\
+Configuration, --set, seed and volumes must agree. A cell that stands in several folders is kept once where all that
+went into it is the same, and once per device where it ran on several; anything else is refused. A shard that was
+stopped is resumed first: cells that no folder holds are missing from the result, and their number is told.";
+
+/// Merges results.
+///
+/// # Errors
+/// When a folder holds no results, or those of another experiment.
+pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    let out = &args.out;
+    for folder in &args.folders {
+        let is_out = |out: PathBuf| folder.canonicalize().is_ok_and(|folder| folder == out);
+        if out.canonicalize().is_ok_and(is_out) {
+            return Err(BadInput(format!(
+                "{}: is merged itself; name another folder with --out",
+                out.display()
+            )));
+        }
+    }
+    let sources: Vec<Source> = args.folders.iter().map(|f| Source::read(f)).collect::<Result<_, _>>()?;
+    let order = order(sources[0].provenance());
+    let merged = merge(sources, &order.clone().unwrap_or_default())?;
+
+    // Only now: bad input leaves the folder as it was.
+    std::fs::create_dir_all(out).map_err(|e| BadInput(format!("{}: {e}", out.display())))?;
+    let _lock = lock(out).map_err(BadInput)?;
+    clear(out).map_err(BadInput)?;
+    let results = merged.write(out)?;
+    report::write(out, &results.provenance, &results.records, &results.refused)?;
+
+    let failed = results.records.iter().filter(|r| r.status == Status::Failed).count();
+    let (all, folders) = (results.records.len(), args.folders.len());
+    say!("{all} cells of {folders} folders: {} ok, {failed} failed", all - failed);
+    if let Some(order) = order {
+        match merged.missing(&order) {
+            0 => {}
+            missing => eprintln!("{missing} of {} cells of the experiment are in no folder", order.len()),
+        }
+    }
+    say!("report: {}", out.join("report.html").display());
+    Ok(if failed > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
+}
+
+/// The cells of an experiment in their order, where this version still reads its configuration.
+fn order(provenance: &Provenance) -> Option<Vec<Identity>> {
+    let names = Names::new().ok()?;
+    let mut document = Document::parse("the results' configuration", &provenance.config).ok()?;
+    for assignment in &provenance.overrides {
+        document.set(assignment).ok()?;
+    }
+    let mut experiment: Experiment = document.experiment(&names.known()).ok()?;
+    let known = provenance.volumes.iter().map(|v| v.name.as_str());
+    if !known.eq(experiment.volumes.iter().map(|v| v.name.as_str())) {
+        // `--volume`: only the names matter here.
+        let volume = |name: &str| Some(Volume { name: name.to_owned(), source: file(name)? });
+        let volumes = provenance.volumes.iter().map(|v| volume(&v.name)).collect::<Option<_>>()?;
+        experiment.replace_volumes(volumes).ok()?;
+    }
+    let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
+    let identity = |c: &cvr_core::pipeline::Cell| {
+        let (settings, site, filter) = (c.settings.to_string(), c.site.name(), c.filter.name());
+        [&c.volume, &c.codec, &settings, site, filter, &c.renderer, &c.scene].map(str::to_owned)
+    };
+    Some(resolution.cells.iter().map(identity).collect())
+}
+
+fn file(name: &str) -> Option<VolumeSource> {
+    let path = FilePath::literal(Path::new(name).to_str()?).ok()?;
+    Some(VolumeSource::File { path, raw: None })
+}

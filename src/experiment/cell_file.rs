@@ -1,0 +1,175 @@
+//! `cells/<id>.json`: one record, and what tells whether it may stand for a run of its cell.
+//!
+//! The file is the record as `results.json` holds it, with three fields more: `key` ([`super::key`]), `pictures`
+//! (BLAKE3 of every picture that belongs to it, its reference among them), and `not_finite` (PSNR values that JSON
+//! has no number for, so that a record comes back as it was).
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use cvr_core::pipeline::Cell;
+use serde::{Deserialize, Serialize};
+
+use super::cell_run::IMAGES;
+use super::record::{Record, Status};
+use super::results::{ResultsError, write_whole};
+
+/// Folder of the single records, below the report's.
+pub const CELLS: &str = "cells";
+
+/// A record and its key.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CellFile {
+    /// The record.
+    #[serde(flatten)]
+    pub record: Record,
+    /// Hash of all that went into it; `None` in files of versions that had none.
+    #[serde(default)]
+    pub key: Option<String>,
+    /// Paths relative to the report, and the BLAKE3 of the files.
+    #[serde(default)]
+    pub pictures: BTreeMap<String, String>,
+    /// Columns whose value is infinite or no number, as text.
+    #[serde(default)]
+    not_finite: BTreeMap<String, String>,
+}
+
+impl CellFile {
+    /// A record with its key. Pictures are hashed as they lie in `folder`.
+    #[must_use]
+    pub fn new(mut record: Record, key: Option<String>, folder: &Path, reference: Option<&str>) -> Self {
+        let paths = [record.image.as_deref(), record.error_image.as_deref(), reference];
+        let hashed = |path: &str| Some((path.to_owned(), hash(&folder.join(path))?));
+        let pictures = paths.into_iter().flatten().filter_map(hashed).collect();
+        let not_finite = psnrs(&mut record)
+            .into_iter()
+            .filter_map(|(name, value)| {
+                value.filter(|v| !v.is_finite()).map(|v| (name.to_owned(), v.to_string()))
+            })
+            .collect();
+        Self { record, key, pictures, not_finite }
+    }
+
+    /// Writes the file, whole or not at all.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), ResultsError> {
+        // Maps of strings and numbers always serialise.
+        let mut text = serde_json::to_vec_pretty(self).unwrap_or_default();
+        text.push(b'\n');
+        write_whole(path, &text)
+    }
+
+    /// Reads a file; `None` where there is none or it is no record: whoever asks can run the cell again.
+    #[must_use]
+    pub fn read(path: &Path) -> Option<Self> {
+        let mut file: Self = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
+        let Self { record, not_finite, .. } = &mut file;
+        for (name, value) in psnrs(record) {
+            if let Some(text) = not_finite.get(name) {
+                *value = Some(text.parse().ok()?);
+            }
+        }
+        Some(file)
+    }
+
+    /// The file of `cell` in `folder`, where it may stand for a run: same key, ended well, pictures as they were.
+    #[must_use]
+    pub fn taken_over(folder: &Path, cell: &Cell, key: &str) -> Option<Self> {
+        let id = cell.id();
+        let file = Self::read(&path(folder, &id))?;
+        let expected = [format!("{IMAGES}/{id}.png"), format!("{IMAGES}/{id}.error.png")];
+        let named = [&file.record.image, &file.record.error_image];
+        let pictures = named
+            .iter()
+            .zip(&expected)
+            .all(|(path, expected)| path.as_ref() == Some(expected) && file.is_intact(folder, expected));
+        let ok = file.record.status == Status::Ok && file.record.error.is_none();
+        (file.key.as_deref() == Some(key) && ok && pictures).then_some(file)
+    }
+
+    /// Whether a picture lies in `folder` as it did when the record was written.
+    #[must_use]
+    pub fn is_intact(&self, folder: &Path, picture: &str) -> bool {
+        let known = self.pictures.get(picture);
+        known.is_some() && hash(&folder.join(picture)).as_ref() == known
+    }
+}
+
+/// Where the file of a cell stands.
+#[must_use]
+pub fn path(folder: &Path, id: &str) -> PathBuf {
+    folder.join(CELLS).join(format!("{id}.json"))
+}
+
+/// BLAKE3 of a file in hexadecimal, where it can be read.
+#[must_use]
+pub fn hash(path: &Path) -> Option<String> {
+    std::fs::read(path).ok().map(|bytes| blake3::hash(&bytes).to_hex().to_string())
+}
+
+/// The figures that identical data make infinite.
+fn psnrs(record: &mut Record) -> [(&'static str, &mut Option<f64>); 5] {
+    [
+        ("psnr_db", &mut record.psnr_db),
+        ("foreground_psnr_db", &mut record.foreground_psnr_db),
+        ("image_psnr_db", &mut record.image_psnr_db),
+        ("image_psnr_whole_db", &mut record.image_psnr_whole_db),
+        ("codec_image_psnr_db", &mut record.codec_image_psnr_db),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::results::tests::record;
+
+    #[test]
+    fn a_record_comes_back_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = path(folder.path(), "a");
+        std::fs::create_dir(folder.path().join(CELLS)).unwrap();
+        let lossless = Record {
+            psnr_db: Some(f64::INFINITY),
+            foreground_psnr_db: Some(f64::INFINITY),
+            image_psnr_db: Some(f64::NEG_INFINITY),
+            codec_image_psnr_db: Some(0.1 + 0.2),
+            encode_seconds: Some(1.234_567_890_123_456_7e-5),
+            voxels: u64::MAX,
+            ..record("v", "raw")
+        };
+        let written = CellFile::new(lossless.clone(), Some("k".to_owned()), folder.path(), None);
+        written.write(&file).unwrap();
+        let read = CellFile::read(&file).unwrap();
+        assert_eq!((&read, &read.record), (&written, &lossless));
+    }
+
+    #[test]
+    fn what_is_no_record_is_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.json");
+        assert_eq!(CellFile::read(&file), None);
+        CellFile::new(record("v", "raw"), None, folder.path(), None).write(&file).unwrap();
+        let whole = std::fs::read(&file).unwrap();
+        assert!(CellFile::read(&file).is_some());
+        for bad in [&whole[..whole.len() / 2], b"", b"{}", b"[1]", b"\xff\x00"] {
+            std::fs::write(&file, bad).unwrap();
+            assert_eq!(CellFile::read(&file), None, "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn a_changed_or_missing_picture_is_not_intact() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = folder.path().join("a.png");
+        std::fs::write(&picture, "picture").unwrap();
+        let named = Record { image: Some("a.png".to_owned()), ..record("v", "raw") };
+        let file = CellFile::new(named, None, folder.path(), None);
+        assert!(file.is_intact(folder.path(), "a.png") && !file.is_intact(folder.path(), "b.png"));
+        std::fs::write(&picture, "pictura").unwrap();
+        assert!(!file.is_intact(folder.path(), "a.png"));
+        std::fs::remove_file(&picture).unwrap();
+        assert!(!file.is_intact(folder.path(), "a.png"));
+    }
+}

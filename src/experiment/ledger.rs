@@ -1,0 +1,143 @@
+//! What a run has finished so far, in the order of its cells, in memory and on disk.
+
+use std::path::Path;
+
+use cvr_core::codec::{Settings, Site};
+use cvr_core::pipeline::Cell;
+use cvr_core::render::Filter;
+
+use super::cell_file::{self, CellFile};
+use super::cell_run::IMAGES;
+use super::provenance::{Provenance, ReferencePicture, RefusedCell};
+use super::record::{Record, Status};
+use super::results::{ResultsError, write_csv, write_json};
+use super::runner::{Outcome, RunError};
+
+/// Records and reference pictures of a run.
+pub(super) struct Ledger<'a> {
+    folder: &'a Path,
+    records: Vec<Option<Record>>,
+    references: Vec<Reference>,
+    refused: Vec<RefusedCell>,
+    provenance: Provenance,
+    taken_over: usize,
+    /// Volumes that were encoded, the baseline among them.
+    pub(super) encodings: usize,
+}
+
+struct Reference {
+    picture: ReferencePicture,
+    ready: bool,
+}
+
+impl<'a> Ledger<'a> {
+    pub(super) fn new(
+        folder: &'a Path,
+        cells: &[Cell],
+        refused: Vec<RefusedCell>,
+        provenance: Provenance,
+    ) -> Self {
+        let mut references: Vec<Reference> = Vec::new();
+        for cell in cells {
+            if !references.iter().any(|r| is_of(&r.picture, cell)) {
+                let picture = ReferencePicture {
+                    volume: cell.volume.clone(),
+                    scene: cell.scene.clone(),
+                    renderer: cell.renderer.clone(),
+                    image: format!("{IMAGES}/{}.png", reference_id(cell)),
+                };
+                references.push(Reference { picture, ready: false });
+            }
+        }
+        let records = vec![None; cells.len()];
+        Self { folder, records, references, refused, provenance, taken_over: 0, encodings: 0 }
+    }
+
+    /// Takes over what an earlier run finished of this cell, if it stands in the folder under the same key.
+    pub(super) fn take_over(&mut self, index: usize, cell: &Cell, key: &str) {
+        let Some(file) = CellFile::taken_over(self.folder, cell, key) else { return };
+        if let Some(reference) = self.references.iter_mut().find(|r| is_of(&r.picture, cell)) {
+            reference.ready = reference.ready || file.is_intact(self.folder, &reference.picture.image);
+        }
+        self.records[index] = Some(file.record);
+        self.taken_over += 1;
+    }
+
+    /// Whether the cell of this number is finished.
+    pub(super) fn has(&self, index: usize) -> bool {
+        self.records[index].is_some()
+    }
+
+    /// Cells that are finished.
+    pub(super) fn done(&self) -> usize {
+        self.records.iter().flatten().count()
+    }
+
+    /// Whether the reference picture of a cell is in the folder.
+    pub(super) fn has_reference(&self, cell: &Cell) -> bool {
+        self.references.iter().any(|r| r.ready && is_of(&r.picture, cell))
+    }
+
+    /// The reference picture of a cell has been written.
+    pub(super) fn add_reference(&mut self, cell: &Cell) {
+        self.references.iter_mut().filter(|r| is_of(&r.picture, cell)).for_each(|r| r.ready = true);
+    }
+
+    /// Puts a record on disk, alone and among the others.
+    pub(super) fn finish(
+        &mut self,
+        index: usize,
+        cell: &Cell,
+        mut record: Record,
+        key: String,
+        result: Result<(), String>,
+    ) -> Result<(), RunError> {
+        match result {
+            Ok(()) => record.status = Status::Ok,
+            Err(problem) => record.error = Some(problem),
+        }
+        let reference = self.references.iter().find(|r| r.ready && is_of(&r.picture, cell));
+        let reference = reference.map(|r| r.picture.image.as_str());
+        let file = CellFile::new(record, Some(key), self.folder, reference);
+        file.write(&cell_file::path(self.folder, &cell.id())).map_err(fail)?;
+        self.records[index] = Some(file.record);
+        self.write()
+    }
+
+    /// Writes `results.csv` and `results.json` with what is finished.
+    pub(super) fn write(&mut self) -> Result<(), RunError> {
+        let ready = self.references.iter().filter(|r| r.ready);
+        self.provenance.references = ready.map(|r| r.picture.clone()).collect();
+        let records: Vec<Record> = self.records.iter().flatten().cloned().collect();
+        write_csv(&self.folder.join("results.csv"), &records).map_err(fail)?;
+        let json = self.folder.join("results.json");
+        write_json(&json, &self.provenance, &records, &self.refused).map_err(fail)
+    }
+
+    pub(super) fn into_outcome(self) -> Outcome {
+        Outcome {
+            missing: self.records.iter().filter(|r| r.is_none()).count(),
+            records: self.records.into_iter().flatten().collect(),
+            refused: self.refused,
+            provenance: self.provenance,
+            taken_over: self.taken_over,
+            encodings: self.encodings,
+        }
+    }
+}
+
+fn fail(error: ResultsError) -> RunError {
+    RunError(error.to_string())
+}
+
+/// Whether a picture is the reference of a cell.
+fn is_of(picture: &ReferencePicture, cell: &Cell) -> bool {
+    picture.volume == cell.volume && picture.scene == cell.scene && picture.renderer == cell.renderer
+}
+
+/// Name of the reference picture of a cell. It does not depend on which cell asks first, so that shards agree.
+pub(super) fn reference_id(cell: &Cell) -> String {
+    let (codec, settings) = (String::new(), Settings::default());
+    let reference = Cell { codec, settings, site: Site::Inline, filter: Filter::Linear, ..cell.clone() };
+    format!("reference-{}", reference.id())
+}

@@ -1,0 +1,323 @@
+//! Joining the results of several runs of one experiment: shards, or machines.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Component, Path, PathBuf};
+
+use super::cell_file::{CELLS, CellFile, hash};
+use super::cell_run::IMAGES;
+use super::machine;
+use super::provenance::{Part, Provenance};
+use super::record::{Record, Status};
+use super::results::{Results, write_csv, write_json, write_whole};
+
+/// Why results are not merged.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}", folder.display())]
+pub struct MergeError {
+    folder: PathBuf,
+    problem: String,
+}
+
+fn refuse(folder: &Path, problem: impl ToString) -> MergeError {
+    MergeError { folder: folder.to_owned(), problem: problem.to_string() }
+}
+
+/// What a record is about, as its columns `volume` to `scene` say.
+pub type Identity = [String; 7];
+
+/// What a record is about.
+#[must_use]
+pub fn identity(r: &Record) -> Identity {
+    [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene].map(Clone::clone)
+}
+
+/// The results in one folder.
+#[derive(Debug)]
+pub struct Source {
+    folder: PathBuf,
+    results: Results,
+    cells: Vec<Entry>,
+}
+
+/// One record and where it lies.
+#[derive(Clone, Debug)]
+struct Entry {
+    source: usize,
+    /// Name of the cell's file, without its ending.
+    stem: String,
+    file: CellFile,
+}
+
+impl Source {
+    /// Reads the results in a folder: the records that its `results.json` lists, each from its cell's file.
+    ///
+    /// # Errors
+    /// When the folder holds no results, or lacks the file of a cell.
+    pub fn read(folder: &Path) -> Result<Self, MergeError> {
+        // The message of this error names the file, and so the folder.
+        let results = Results::read(&folder.join("results.json")).map_err(|e| refuse(folder, e))?;
+        let mut found = BTreeMap::new();
+        for entry in std::fs::read_dir(folder.join(CELLS)).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if let (Some(file), Some(stem)) = (CellFile::read(&path), path.file_stem()) {
+                let name = (identity(&file.record), file.record.device.clone());
+                found.insert(name, Entry { source: 0, stem: stem.to_string_lossy().into_owned(), file });
+            }
+        }
+        let mut cells = Vec::new();
+        for record in &results.records {
+            let name = (identity(record), record.device.clone());
+            let missing = || refuse(folder, format!("{CELLS} lacks the file of cell {}", name.0.join(" ")));
+            cells.push(found.remove(&name).ok_or_else(missing)?);
+        }
+        Ok(Self { folder: folder.to_owned(), results, cells })
+    }
+
+    /// Where the records come from.
+    #[must_use]
+    pub const fn provenance(&self) -> &Provenance {
+        &self.results.provenance
+    }
+
+    /// The first difference between this experiment and another; a device is no part of an experiment.
+    fn difference(&self, first: &Self) -> Option<String> {
+        let (a, b) = (self.provenance(), first.provenance());
+        let other = first.folder.display();
+        if a.config != b.config {
+            return Some(format!("its configuration is not that of {other}"));
+        }
+        // Where a file lies differs between machines; what is in it is compared below.
+        let overrides = |p: &Provenance| -> Vec<String> {
+            let is_path = |o: &str| o.split('=').next().is_some_and(|key| key.trim().ends_with(".file"));
+            p.overrides.iter().filter(|o| !is_path(o)).cloned().collect()
+        };
+        if overrides(a) != overrides(b) {
+            return Some(format!(
+                "it ran with --set {:?}, {other} with {:?}",
+                overrides(a).join(" "),
+                overrides(b).join(" ")
+            ));
+        }
+        if a.seed != b.seed {
+            return Some(format!("its seed is {}, that of {other} {}", a.seed, b.seed));
+        }
+        let names = |p: &Provenance| p.volumes.iter().map(|v| v.name.clone()).collect::<Vec<_>>();
+        if names(a) != names(b) {
+            let (a, b) = (names(a).join(", "), names(b).join(", "));
+            return Some(format!("its volumes are {a}, those of {other} {b}"));
+        }
+        let pairs = a.volumes.iter().zip(&b.volumes);
+        pairs
+            .filter(|(a, b)| (&a.blake3, a.dims, &a.dtype, a.spacing) != (&b.blake3, b.dims, &b.dtype, b.spacing))
+            .map(|(a, b)| {
+                format!(
+                    "volume `{}` is not that of {other}: blake3 {} and {}, {} {:?} and {} {:?}, spacing {:?} and {:?}",
+                    a.name, a.blake3, b.blake3, a.dtype, a.dims, b.dtype, b.dims, a.spacing, b.spacing
+                )
+            })
+            .next()
+    }
+}
+
+/// Several results of one experiment, joined in memory.
+#[derive(Debug)]
+pub struct Merged {
+    sources: Vec<Source>,
+    entries: Vec<Entry>,
+}
+
+/// Joins results. Records stand in `order`, those that it does not know behind the others. Of records of one cell,
+/// those with one key are one, and one that ended well is preferred; those of several devices are all kept.
+///
+/// # Errors
+/// When a folder holds another experiment, or a cell that has come out otherwise on the same device.
+pub fn merge(mut sources: Vec<Source>, order: &[Identity]) -> Result<Merged, MergeError> {
+    for later in sources.iter().skip(1) {
+        if let Some(difference) = later.difference(&sources[0]) {
+            return Err(refuse(&later.folder, difference));
+        }
+    }
+    let mut entries: Vec<Entry> = Vec::new();
+    for (number, source) in sources.iter_mut().enumerate() {
+        for mut entry in std::mem::take(&mut source.cells) {
+            entry.source = number;
+            let (name, device) = (identity(&entry.file.record), &entry.file.record.device);
+            let same = entries
+                .iter()
+                .position(|e| identity(&e.file.record) == name && e.file.record.device == *device);
+            match same {
+                None => entries.push(entry),
+                Some(at) if entry.file.key.is_some() && entries[at].file.key == entry.file.key => {
+                    if entries[at].file.record.status == Status::Failed {
+                        entries[at] = entry;
+                    }
+                }
+                Some(_) => {
+                    let problem = format!(
+                        "cell {} stands in an earlier folder too, measured on the same device ({device}) with \
+                         other software, processor, data or settings",
+                        name.join(" ")
+                    );
+                    return Err(refuse(&source.folder, problem));
+                }
+            }
+        }
+    }
+    let rank: BTreeMap<&Identity, usize> = order.iter().enumerate().map(|(i, name)| (name, i)).collect();
+    // Stable: cells of one name stay in the order of the folders.
+    entries.sort_by_key(|e| rank.get(&identity(&e.file.record)).copied().unwrap_or(usize::MAX));
+    Ok(Merged { sources, entries })
+}
+
+impl Merged {
+    /// Cells of `order` of which no folder has a record.
+    #[must_use]
+    pub fn missing(&self, order: &[Identity]) -> usize {
+        let known: BTreeSet<Identity> = self.entries.iter().map(|e| identity(&e.file.record)).collect();
+        order.iter().filter(|name| !known.contains(*name)).count()
+    }
+
+    /// Writes cells, pictures, `results.csv` and `results.json` into a folder whose folders for them are empty.
+    ///
+    /// # Errors
+    /// When a picture is missing or has changed, or a file cannot be written.
+    pub fn write(&self, out: &Path) -> Result<Results, MergeError> {
+        let mut stems = BTreeSet::new();
+        let mut records = Vec::new();
+        let mut provenance = self.provenance();
+        for source in &self.sources {
+            for reference in &source.results.provenance.references {
+                let of = |r: &&_| *r == reference;
+                if provenance.references.iter().any(|r| of(&r)) && !out.join(&reference.image).exists() {
+                    copy(&source.folder, &reference.image, out, &reference.image, None)?;
+                }
+            }
+        }
+        for entry in &self.entries {
+            let mut stem = entry.stem.clone();
+            for number in 2.. {
+                if stems.insert(stem.clone()) {
+                    break;
+                }
+                stem = format!("{}-{number}", entry.stem);
+            }
+            let file = self.copy_cell(entry, &stem, out)?;
+            let path = super::cell_file::path(out, &stem);
+            file.write(&path).map_err(|e| refuse(out, e))?;
+            records.push(file.record);
+        }
+        let mut refused = Vec::new();
+        for cell in self.sources.iter().flat_map(|s| &s.results.refused) {
+            if !refused.contains(cell) {
+                refused.push(cell.clone());
+            }
+        }
+        provenance.command_line = machine::command_line();
+        provenance.date = machine::date();
+        write_csv(&out.join("results.csv"), &records).map_err(|e| refuse(out, e))?;
+        write_json(&out.join("results.json"), &provenance, &records, &refused).map_err(|e| refuse(out, e))?;
+        Ok(Results { provenance, records, refused })
+    }
+
+    /// Copies the pictures of a cell, under the name `stem`.
+    fn copy_cell(&self, entry: &Entry, stem: &str, out: &Path) -> Result<CellFile, MergeError> {
+        let folder = &self.sources[entry.source].folder;
+        let Entry { file, .. } = entry;
+        let mut record = file.record.clone();
+        let named = [
+            (&mut record.image, format!("{stem}.png")),
+            (&mut record.error_image, format!("{stem}.error.png")),
+        ];
+        for (path, name) in named {
+            if let Some(path) = path {
+                let target = format!("{IMAGES}/{name}");
+                copy(folder, path, out, &target, file.pictures.get(path))?;
+                *path = target;
+            }
+        }
+        let own = [&file.record.image, &file.record.error_image];
+        let is_own = |path: &String| own.iter().any(|p| p.as_ref() == Some(path));
+        let reference = file.pictures.keys().find(|path| !is_own(path));
+        Ok(CellFile::new(record, file.key.clone(), out, reference.map(String::as_str)))
+    }
+
+    /// The origin of all; what differs between the folders stands side by side.
+    fn provenance(&self) -> Provenance {
+        let all: Vec<&Provenance> = self.sources.iter().map(Source::provenance).collect();
+        let join = |field: fn(&Provenance) -> Option<&str>| {
+            let mut distinct: Vec<&str> = Vec::new();
+            for value in all.iter().filter_map(|p| field(p)) {
+                if !distinct.contains(&value) {
+                    distinct.push(value);
+                }
+            }
+            distinct.join("; ")
+        };
+        let git_hash = join(|p| p.git_hash.as_deref());
+        let mut references = Vec::new();
+        for reference in all.iter().flat_map(|p| &p.references) {
+            let known = |r: &super::provenance::ReferencePicture| {
+                (&r.volume, &r.scene, &r.renderer)
+                    == (&reference.volume, &reference.scene, &reference.renderer)
+            };
+            if !references.iter().any(known) {
+                references.push(reference.clone());
+            }
+        }
+        Provenance {
+            version: join(|p| Some(&p.version)),
+            git_hash: (!git_hash.is_empty()).then_some(git_hash),
+            adapter: join(|p| Some(&p.adapter)),
+            driver: join(|p| Some(&p.driver)),
+            backend: join(|p| Some(&p.backend)),
+            cpu: join(|p| Some(&p.cpu)),
+            cores: all.iter().map(|p| p.cores).max().unwrap_or(0),
+            references,
+            parts: self.sources.iter().flat_map(parts).collect(),
+            ..all.first().map(|p| (*p).clone()).unwrap_or_default()
+        }
+    }
+}
+
+/// A folder as a part, or the parts that it was merged from.
+fn parts(source: &Source) -> Vec<Part> {
+    let p = source.provenance().clone();
+    if !p.parts.is_empty() {
+        return p.parts;
+    }
+    let name = source.folder.canonicalize().unwrap_or_else(|_| source.folder.clone());
+    vec![Part {
+        folder: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        records: source.results.records.len() as u64,
+        version: p.version,
+        git_hash: p.git_hash,
+        adapter: p.adapter,
+        driver: p.driver,
+        backend: p.backend,
+        cpu: p.cpu,
+        cores: p.cores,
+        command_line: p.command_line,
+        date: p.date,
+    }]
+}
+
+/// Copies a picture, whole or not at all. Only paths that stay below the folder are read: a record is data, and must
+/// not pull other files into results that are then passed on.
+fn copy(
+    folder: &Path,
+    path: &str,
+    out: &Path,
+    target: &str,
+    blake3: Option<&String>,
+) -> Result<(), MergeError> {
+    let below = |path: &str| Path::new(path).components().all(|c| matches!(c, Component::Normal(_)));
+    if !below(path) || !below(target) {
+        return Err(refuse(folder, format!("{path} is no picture of this folder")));
+    }
+    let from = folder.join(path);
+    if blake3.is_some_and(|known| hash(&from).is_some_and(|now| now != *known)) {
+        return Err(refuse(folder, format!("{path} has changed since its cell was measured")));
+    }
+    let bytes = std::fs::read(&from).map_err(|e| refuse(folder, format!("{path}: {e}")))?;
+    write_whole(&out.join(target), &bytes).map_err(|e| refuse(out, e))
+}

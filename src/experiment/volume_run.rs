@@ -1,0 +1,197 @@
+//! The cells of one volume on one device: baseline, stages, and codec by codec.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use cvr_core::codec::{Codec, Progress, Settings, Site};
+use cvr_core::pipeline::Cell;
+use cvr_core::render::{Filter, Renderer};
+
+use super::cell_run::{self, empty_record, record_encoding, write_picture};
+use super::encoded::{Encoded, encode};
+use super::ledger::{Ledger, reference_id};
+use super::record::Record;
+use super::runner::{Numbered, Run, RunError};
+use super::shard::same_group;
+use super::stage::{RAW, RawVolume, Stage};
+use super::target::{HostVolume, Target};
+use super::volumes::LoadedVolume;
+use crate::registry::renderer;
+
+type Stages<'a> = BTreeMap<(&'a str, &'a str), Result<Stage<'a>, String>>;
+
+/// One volume on one device. Ends early when the run is stopped or the device is lost; what is then not in the
+/// ledger has not run.
+pub(super) struct VolumeRun<'a> {
+    pub(super) run: &'a Run<'a>,
+    pub(super) volume: &'a LoadedVolume,
+    pub(super) target: &'a Target,
+}
+
+impl<'a> VolumeRun<'a> {
+    /// Runs these cells of the volume, and draws the references that are missing for others. Where nothing is
+    /// missing, nothing is encoded.
+    pub(super) fn run(&self, cells: &[Numbered<'a>], ledger: &mut Ledger<'_>) -> Result<(), RunError> {
+        let staged: Vec<&Cell> = self
+            .run
+            .cells_of(self.volume)
+            .filter(|n| !ledger.has(n.index) || !ledger.has_reference(n.cell))
+            .map(|n| n.cell)
+            .collect();
+        if staged.is_empty() || self.run.stopped() {
+            return Ok(());
+        }
+        (self.run.report)(ledger.done(), &staged[0].id());
+        let settings = self.codec(RAW)?.info().default_settings();
+        let raw = self
+            .encode(RAW, &settings, ledger)
+            .and_then(|encoded| RawVolume::new(self.target, encoded).map_err(|e| e.to_string()));
+        let raw = match raw {
+            Ok(raw) => raw,
+            Err(_) if self.run.stopped() => return Ok(()),
+            Err(problem) => {
+                let problem = format!("the uncompressed volume cannot be drawn: {problem}");
+                return self.run.fail(cells, self.volume, self.target, &problem, ledger);
+            }
+        };
+        let renderers: BTreeMap<&str, Arc<dyn Renderer>> =
+            staged.iter().filter_map(|c| Some((c.renderer.as_str(), renderer(&c.renderer)?))).collect();
+        let mut stages = self.stages(&staged, &raw, &renderers, ledger)?;
+        for group in cells.chunk_by(|a, b| same_group(a.cell, b.cell)) {
+            if self.must_end() {
+                return Ok(());
+            }
+            self.codec_cells(group, &mut stages, ledger)?;
+        }
+        Ok(())
+    }
+
+    fn must_end(&self) -> bool {
+        self.run.stopped() || self.target.lost().is_some()
+    }
+
+    fn codec(&self, id: &str) -> Result<&'a Arc<dyn Codec>, RunError> {
+        self.run.names.codecs().get(id).map_err(|e| RunError(e.to_string()))
+    }
+
+    fn encode(&self, id: &str, settings: &Settings, ledger: &mut Ledger<'_>) -> Result<Encoded, String> {
+        let codec = self.codec(id).map_err(|e| e.to_string())?;
+        ledger.encodings += 1;
+        let progress = Progress::new(|_| {}, Some(self.run.stop));
+        encode(codec.as_ref(), settings, &self.volume.volume, self.run.folder, &progress)
+    }
+
+    /// A stage for each scene and renderer of these cells.
+    fn stages<'b>(
+        &self,
+        cells: &[&'b Cell],
+        raw: &'b RawVolume,
+        renderers: &'b BTreeMap<&str, Arc<dyn Renderer>>,
+        ledger: &mut Ledger<'_>,
+    ) -> Result<Stages<'b>, RunError>
+    where
+        'a: 'b,
+    {
+        let mut stages = Stages::new();
+        for cell in cells {
+            let key = (cell.scene.as_str(), cell.renderer.as_str());
+            if stages.contains_key(&key) || self.run.stopped() {
+                continue;
+            }
+            let scene = self.run.experiment.scene(&cell.scene);
+            let stage = match (scene, renderers.get(cell.renderer.as_str())) {
+                (Some(scene), Some(renderer)) => {
+                    Stage::new(self.target, renderer.as_ref(), scene, &self.volume.volume, raw)
+                }
+                _ => Err(format!("no scene `{}` or no renderer `{}`", cell.scene, cell.renderer)),
+            };
+            if let Ok(stage) = &stage
+                && !ledger.has_reference(cell)
+            {
+                let id = reference_id(cell);
+                write_picture(self.run.folder, &id, &stage.reference, stage.background())
+                    .map_err(RunError)?;
+                ledger.add_reference(cell);
+            }
+            stages.insert(key, stage);
+        }
+        Ok(stages)
+    }
+
+    /// The cells of one codec and setting, which share what is encoded.
+    fn codec_cells<'b>(
+        &self,
+        cells: &[Numbered<'b>],
+        stages: &mut Stages<'b>,
+        ledger: &mut Ledger<'_>,
+    ) -> Result<(), RunError> {
+        let Numbered { cell: first, .. } = cells[0];
+        (self.run.report)(ledger.done(), &first.id());
+        let encoded = self.encode(&first.codec, &first.settings, ledger);
+        if self.run.stopped() {
+            return Ok(());
+        }
+        let parity = encoded.as_ref().map_err(Clone::clone).and_then(|encoded| {
+            if cells.iter().any(|n| n.cell.site == Site::Inline) {
+                let use_cell = cells.iter().any(|n| n.cell.filter == Filter::OptimisedLinear);
+                return encoded.parity(&first.codec, self.target, use_cell);
+            }
+            Ok(None)
+        });
+        let wants_host = cells.iter().any(|n| n.cell.site == Site::Host);
+        let host = encoded.as_ref().map_err(Clone::clone).and_then(|encoded| {
+            let upload = || self.target.upload(encoded.decoder.as_ref(), encoded.frame.clone());
+            wants_host.then(upload).transpose().map_err(|e| e.to_string())
+        });
+        for &Numbered { index, cell } in cells {
+            if self.run.stopped() {
+                break;
+            }
+            (self.run.report)(ledger.done(), &cell.id());
+            let mut record = empty_record(cell, &self.volume.volume, self.target);
+            let stage = stages.get_mut(&(cell.scene.as_str(), cell.renderer.as_str()));
+            let result = match (&encoded, stage) {
+                (Ok(encoded), Some(Ok(stage))) => {
+                    record_encoding(&mut record, encoded, parity.as_ref().ok().copied().flatten());
+                    self.cell(&mut record, cell, encoded, &host, &parity, stage)
+                }
+                (Err(problem), _) => Err(problem.clone()),
+                (_, Some(Err(problem))) => Err(problem.clone()),
+                (_, None) => Err("the scene was not prepared".to_owned()),
+            };
+            if result.is_err() && self.run.stopped() {
+                break;
+            }
+            let key = self.run.keys().of(cell, self.volume, self.target);
+            ledger.finish(index, cell, record, key, result)?;
+            // Every later cell on this device would fail likewise.
+            if self.target.lost().is_some() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn cell(
+        &self,
+        record: &mut Record,
+        cell: &Cell,
+        encoded: &Encoded,
+        host: &Result<Option<HostVolume>, String>,
+        parity: &Result<Option<u64>, String>,
+        stage: &mut Stage<'_>,
+    ) -> Result<(), String> {
+        let host = match cell.site {
+            Site::Host => host.clone()?,
+            _ => None,
+        };
+        cell_run::run(record, cell, encoded, host, stage, self.run.folder, self.run.stop)?;
+        encoded.check_promises()?;
+        match (cell.site, parity.clone()?) {
+            (Site::Inline, Some(mismatches)) if mismatches > 0 => Err(format!(
+                "shader and CPU decoder disagree on {mismatches} samples beyond the codec's statement"
+            )),
+            _ => Ok(()),
+        }
+    }
+}
