@@ -42,7 +42,7 @@ pub struct Args {
     /// Folder for records, pictures and report; default results/<name of the experiment>.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Run on this volume instead of those of the configuration. Scenes that name volumes do not apply to it.
+    /// Run on this volume instead of those of the configuration. Scenes that name volumes apply to it only if they name it (a file is named after its stem).
     #[arg(long, value_name = "FILE")]
     volume: Option<PathBuf>,
     /// Override a key, as scene.step_voxels=1.0, codec.s3dc.block=8 or pipeline.filter='["linear"]'.

@@ -93,6 +93,8 @@ impl Decoder for RawDecoder {
     fn decoded_form(&self) -> DecodedForm {
         let form = |format, scale, offset| DecodedForm { format, scale, offset };
         match (self.form.kind, self.layout.sample) {
+            // A constant volume has no range to scale texels over.
+            (Kind::Scaled, _) if self.range.span() == 0.0 => DecodedForm::FLOAT32,
             (Kind::Scaled, _) => form(TexelFormat::Unorm8, self.range.span() as f32, self.range.min),
             (Kind::Half, _) => form(TexelFormat::Float16, 1.0, 0.0),
             (_, SampleType::U8) => form(TexelFormat::Unorm8, 255.0, 0.0),
