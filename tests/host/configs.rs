@@ -3,34 +3,8 @@
 use cvr::registry::Names;
 use cvr_core::pipeline::{Capabilities, Document, Experiment, Resolution, resolve};
 
-/// A configuration as issues and documentation show it, word for word.
-pub const COMPARE: &str = r##"[experiment]
-name = "compare"
-seed = 1
-
-[[volume]]
-name = "bonsai"
-file = "$CVR_DATA/bonsai.nrrd"      # or generate = "shepp-logan", dims = [128, 128, 128]
-
-[[codec]]
-id = "raw"
-[[codec]]
-id = "s3dc"
-block = [4, 8, "8x8x4"]             # a list is a sweep; an integer is a cube
-index_bits = [2, 4]
-
-[pipeline]                          # the product of all of these, minus refused pairs (with the reason in the report)
-renderer = ["raycasting"]
-site = ["inline", "host"]
-filter = ["nearest", "linear"]
-
-[[scene]]
-name = "front"
-size = [256, 256]
-camera = { azimuth = 30.0, elevation = 20.0, zoom = 1.0, projection = "perspective" }   # degrees; zoom 1 fits the volume
-transfer_function = [[40.0, "#00000000"], [60.0, "#3d7a2a20"], [120.0, "#c8a060c0"], [255.0, "#ffffffff"]]   # data value, RGBA
-step_voxels = 0.5
-"##;
+/// The configuration of the documentation, word for word.
+pub const COMPARE: &str = include_str!("../../docs/example.toml");
 
 /// Reads and resolves a configuration; the error is the text that a user would see.
 pub fn resolved(name: &str, text: &str) -> Result<(Experiment, Resolution), String> {
