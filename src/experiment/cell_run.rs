@@ -83,6 +83,7 @@ pub fn run(
     let picture = stage.picture(cell.filter, &voxels)?;
     record.resident_bytes = picture.resident_bytes();
     record.filtering = Some(picture.filtering().to_owned());
+    record.flag_fallbacks(picture.fallback(), stage.baseline.fallback());
     let image = picture.image().map_err(|e| e.to_string())?;
 
     go_on()?;

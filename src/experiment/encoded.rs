@@ -8,7 +8,7 @@ use cvr_core::codec::{Codec, Decoder, Parity, Progress, Settings, VoxelDump, dec
 use cvr_core::container::EncodedVolume;
 use cvr_core::metrics::{VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{BrickKey, BrickSource, FiniteVolume, FrameIndex, NoReferences, Region, VolumeLayout};
+use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, NoReferences, Region, VolumeLayout};
 
 use super::target::Target;
 
@@ -78,7 +78,7 @@ pub fn encode(
 }
 
 impl Encoded {
-    /// The original against which `layout` is decoded must keep the encoder's promise.
+    /// Holds what was decoded to the encoder's promises.
     ///
     /// # Errors
     /// A sentence with the figures, when the bound or the promised value range is broken.
@@ -123,10 +123,4 @@ impl Encoded {
         }
         Ok(Some(mismatches))
     }
-}
-
-/// Voxels of all frames.
-#[must_use]
-pub fn voxels(volume: &FiniteVolume) -> u64 {
-    volume.layout().voxels()
 }

@@ -1,5 +1,6 @@
 //! One record per cell: the names are public and meant to last.
 
+use cvr_engine::TextureFallback;
 use serde::{Deserialize, Serialize};
 
 /// How a cell ended.
@@ -119,6 +120,17 @@ impl Record {
         }
     }
 
+    /// Remarks on what stands in for texture formats and filters that a device lacks, in the cell's own texture and
+    /// in that of the baseline.
+    pub fn flag_fallbacks(&mut self, own: Option<TextureFallback>, baseline: Option<TextureFallback>) {
+        if let Some(own) = own {
+            self.remark(&own.to_string());
+        }
+        if let Some(baseline) = baseline {
+            self.remark(&format!("baseline of the frame time: {baseline}"));
+        }
+    }
+
     /// Remarks on a frame time whose pairs disagree by more than [`NOISY_SPREAD`].
     pub fn flag_noise(&mut self) {
         if let (Some(ratio), Some(iqr)) = (self.relative_frame_time, self.relative_frame_time_iqr)
@@ -159,5 +171,17 @@ mod tests {
         let mut untimed = Record::default();
         untimed.flag_noise();
         assert_eq!(untimed.notes, None);
+    }
+
+    #[test]
+    fn what_a_device_lacks_is_remarked() {
+        let mut record = Record::default();
+        record.flag_fallbacks(None, None);
+        assert_eq!(record.notes, None);
+        let fallback = TextureFallback::ManualForFloat32;
+        record.flag_fallbacks(Some(fallback), Some(fallback));
+        let expected = "single-precision textures cannot be filtered: the shader filters; baseline of the frame time: \
+                        single-precision textures cannot be filtered: the shader filters";
+        assert_eq!(record.notes.as_deref(), Some(expected));
     }
 }

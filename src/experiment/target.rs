@@ -8,7 +8,9 @@ use cvr_core::render::{DecodedFrame, DecoderVoxels, Image, RenderError, Renderer
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::FrameTime;
-use cvr_engine::{Device, DeviceChoice, DrawSource, Drawing, EngineError, VolumeTexture, process_cpu_time};
+use cvr_engine::{
+    Device, DeviceChoice, DrawSource, Drawing, EngineError, TextureFallback, VolumeTexture, process_cpu_time,
+};
 
 use super::deferred::DeferredVolume;
 
@@ -143,7 +145,12 @@ impl Target {
                 Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
             }
         };
-        Ok(Picture { kind })
+        // A format that a device lacks is no fault, but whoever reads the figures must know.
+        let fallback = match self {
+            Self::Cpu { .. } => None,
+            Self::Device(_) => voxels.decoded.texture().and_then(|texture| texture.choice().fallback),
+        };
+        Ok(Picture { kind, fallback })
     }
 }
 
@@ -210,6 +217,7 @@ impl VoxelSource<'_> {
 #[derive(Debug)]
 pub struct Picture<'a> {
     kind: Kind<'a>,
+    fallback: Option<TextureFallback>,
 }
 
 #[derive(Debug)]
@@ -271,6 +279,12 @@ impl Picture<'_> {
             Kind::Device(drawing) if drawing.filtering() == TextureSampling::Hardware => "hardware",
             _ => "manual",
         }
+    }
+
+    /// What stands in for a texture format or filter that the device lacks.
+    #[must_use]
+    pub const fn fallback(&self) -> Option<TextureFallback> {
+        self.fallback
     }
 
     fn mirror(&self) -> Result<Image, DrawError> {
