@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cvr_core::codec::{Registry, RegistryError};
 use cvr_core::pipeline::Known;
-use cvr_core::render::Renderer;
+use cvr_core::render::{Renderer, RendererInfo};
 
 use crate::input::Generator;
 
@@ -20,23 +20,32 @@ pub fn codecs() -> Result<Registry, RegistryError> {
     Ok(registry)
 }
 
-/// All renderers.
+/// All renderers, with their default settings.
 #[must_use]
 pub fn renderers() -> Vec<Arc<dyn Renderer>> {
-    vec![Arc::new(cvr_raycasting::Raycasting)]
+    vec![Arc::new(cvr_raycasting::Raycasting), Arc::new(cvr_slicing::Slicing::default())]
 }
 
-/// The renderer of this id.
-#[must_use]
-pub fn renderer(id: &str) -> Option<Arc<dyn Renderer>> {
-    renderers().into_iter().find(|r| r.id() == id)
+/// The renderer of this label: an id, and settings that differ from its defaults (`slicing,geometry=axis`).
+///
+/// # Errors
+/// A sentence, when there is no such renderer or setting.
+pub fn renderer(label: &str) -> Result<Arc<dyn Renderer>, String> {
+    let renderers = renderers();
+    for renderer in &renderers {
+        if let Some(settings) = renderer.info().parse(label) {
+            return settings.and_then(|settings| renderer.with(&settings)).map_err(|e| e.to_string());
+        }
+    }
+    let known: Vec<_> = renderers.iter().map(|renderer| renderer.info().id).collect();
+    Err(format!("no renderer `{label}`; there are: {}", known.join(", ")))
 }
 
 /// The names that a configuration may use.
 #[derive(Debug)]
 pub struct Names {
     codecs: Registry,
-    renderers: Vec<&'static str>,
+    renderers: Vec<&'static RendererInfo>,
     generators: Vec<&'static str>,
 }
 
@@ -46,7 +55,7 @@ impl Names {
     /// # Errors
     /// As [`codecs`].
     pub fn new() -> Result<Self, RegistryError> {
-        let renderers = renderers().iter().map(|r| r.id()).collect();
+        let renderers = renderers().iter().map(|r| r.info()).collect();
         let generators = Generator::ALL.iter().map(|g| g.name()).collect();
         Ok(Self { codecs: codecs()?, renderers, generators })
     }

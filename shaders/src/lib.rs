@@ -4,7 +4,11 @@
 //! bindings and puts a codec beside them. The functions that modules call of each other:
 //!
 //! ```text
-//! raycasting/raycasting.wgsl  → camera_ray, volume_sample, classify, opacity_over
+//! raycasting/raycasting.wgsl  → pixel_ray, crossing, next_sample, optical, opacity_over
+//! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, may_show, optical, slice_opacity
+//! view/view.wgsl              → camera_ray, bounds_low, bounds_high
+//! optics/*.wgsl               → volume_sample, classify
+//! skipping/next_sample.wgsl   → may_show
 //! filter/*.wgsl               → voxel_fetch, voxel_cell
 //! deferred/decode.wgsl        → voxel_fetch, voxel_channel, texel_of
 //! source/texture.wgsl or a codec's snippet → what voxel_fetch returns
@@ -50,6 +54,12 @@ templates! {
     FILTER_HARDWARE = "filter/hardware.wgsl";
     /// Voxels from a texture.
     SOURCE_TEXTURE = "source/texture.wgsl";
+    /// The view, the ray of a pixel, and where it crosses the drawn box.
+    VIEW = "view/view.wgsl";
+    /// Everything is drawn.
+    BOUNDS_WHOLE = "bounds/whole.wgsl";
+    /// Only a box is drawn.
+    BOUNDS_CLIP = "bounds/clip.wgsl";
     /// Rays from one eye.
     CAMERA_PERSPECTIVE = "camera/perspective.wgsl";
     /// Parallel rays.
@@ -58,6 +68,32 @@ templates! {
     CLASSIFY_SCALAR = "classify/scalar.wgsl";
     /// Opacity of a length of ray.
     OPACITY = "classify/opacity.wgsl";
+    /// Samples that show the transfer function's colours.
+    OPTICS_UNLIT = "optics/unlit.wgsl";
+    /// Samples that are lit.
+    OPTICS_LIT = "optics/lit.wgsl";
+    /// Central differences.
+    GRADIENT = "optics/gradient.wgsl";
+    /// The light on a surface.
+    BLINN_PHONG = "optics/blinn_phong.wgsl";
+    /// What macrocells say of a point.
+    MACROCELLS = "skipping/macrocells.wgsl";
+    /// Rays that leap over macrocells.
+    NEXT_SAMPLE = "skipping/next_sample.wgsl";
+    /// Rays that take every sample.
+    EVERY_SAMPLE = "skipping/every_sample.wgsl";
+    /// Points of which nothing is known.
+    EVERY_POINT = "skipping/every_point.wgsl";
+    /// The slices.
+    SLICING = "slicing/slicing.wgsl";
+    /// Slabs between planes.
+    SLABS_FLAT = "slicing/flat.wgsl";
+    /// Slabs between spheres.
+    SLABS_SHELLS = "slicing/shells.wgsl";
+    /// Opacity of a slice, exactly.
+    SLICE_OPACITY_EXACT = "slicing/opacity_exact.wgsl";
+    /// Opacity of a slice, approximated.
+    SLICE_OPACITY_LERP = "slicing/opacity_lerp.wgsl";
     /// The raycaster.
     RAYCASTING = "raycasting/raycasting.wgsl";
     /// Every voxel through `voxel_fetch`.

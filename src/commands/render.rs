@@ -46,14 +46,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     check_output(&args.out, &args.file)?;
     let names = Names::new()?;
-    let known = || {
-        BadInput(format!(
-            "no renderer `{}`; there are: {}",
-            args.renderer,
-            names.known().renderers.join(", ")
-        ))
-    };
-    let renderer = renderer(&args.renderer).ok_or_else(known)?;
+    let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let scene = args.scene.scene()?;
     let (codec, decoder) = open(args, &names)?;
     if let Some(reason) = unsupported(names.codecs().get(&codec)?.info(), args.site, args.scene.filter) {

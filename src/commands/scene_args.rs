@@ -80,6 +80,8 @@ impl SceneArgs {
             step_voxels: self.step_voxels,
             early_termination: 0.999,
             background: [0.0; 3],
+            shading: None,
+            clip: None,
         })
     }
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site, encode_temporary};
-use cvr_core::render::{Pass, Plan};
+use cvr_core::render::Plan;
 use cvr_core::shader::{
     BindingLimits, Request, ResourceSize, Source, TextureSampling, generate, generate_decode,
 };
@@ -50,8 +50,7 @@ pub struct Args {
 /// When arguments or file are unusable, or the shader cannot be made.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
-    let renderer =
-        renderer(&args.renderer).ok_or_else(|| BadInput(format!("no renderer `{}`", args.renderer)))?;
+    let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let (codec, decoder) = open(args, &names)?;
     let range = ValueRange { min: 0.0, max: 1.0 };
     let plan = renderer.plan(&args.scene.scene()?.view(range, args.scene.filter)?, decoder.layout())?;
@@ -99,11 +98,10 @@ fn text(args: &Args, codec: &str, decoder: &dyn Decoder, plan: &Plan) -> Result<
         }
     };
     for pass in &plan.passes {
-        let Pass::Compute(pass) = pass else { continue };
         let shader = generate(&Request {
-            templates: &pass.templates,
-            entry: pass.entry,
-            bindings: pass.bindings,
+            templates: pass.templates(),
+            entry: pass.entry(),
+            bindings: &pass.bindings(),
             layout: decoder.layout(),
             source: source.clone(),
             filter: Some(args.scene.filter),

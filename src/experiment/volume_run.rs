@@ -55,7 +55,7 @@ impl<'a> VolumeRun<'a> {
             }
         };
         let renderers: BTreeMap<&str, Arc<dyn Renderer>> =
-            staged.iter().filter_map(|c| Some((c.renderer.as_str(), renderer(&c.renderer)?))).collect();
+            staged.iter().filter_map(|c| Some((c.renderer.as_str(), renderer(&c.renderer).ok()?))).collect();
         let mut stages = self.stages(&staged, &raw, &renderers, ledger)?;
         for group in cells.chunk_by(|a, b| same_group(a.cell, b.cell)) {
             if self.must_end() {

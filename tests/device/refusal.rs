@@ -117,7 +117,7 @@ fn a_refusal_does_not_poison_the_next_drawing() {
     // The driver's own validation: a uniform shorter than the struct that the shader reads.
     let mut short = plan([16, 16], raw.as_ref());
     let cvr_core::render::Pass::Compute(pass) = &mut short.passes[0] else { panic!("a compute pass") };
-    pass.view.truncate(16);
+    pass.inputs[0].contents.truncate(16);
     let error =
         Drawing::new(device, &short, &source, Filter::Linear).and_then(|d| d.draw_timed()).unwrap_err();
     assert!(matches!(error, EngineError::Gpu(_)), "{error}");

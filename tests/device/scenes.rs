@@ -40,10 +40,8 @@ pub fn view(sample: SampleType, size: [u32; 2], filter: Filter) -> View {
     View {
         size,
         camera: Camera { zoom: 1.2, ..Camera::default() },
-        transfer_function: transfer_function(sample),
-        step_voxels: 0.5,
-        termination: 1.0,
         filter,
+        ..View::new(transfer_function(sample))
     }
 }
 

@@ -12,7 +12,7 @@ use cvr_core::pipeline::{
     Capabilities, CodecSweep, Document, Experiment, FilePath, PipelineAxes, Resolution, Sweep, Volume,
     VolumeSource, resolve,
 };
-use cvr_core::render::{Camera, ControlPoint, Filter, Pass, Projection, Renderer, TransferFunction, View};
+use cvr_core::render::{Camera, ControlPoint, Filter, Projection, Renderer, TransferFunction, View};
 use cvr_core::shader::{
     BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, ShaderError, Source, TextureSampling,
     generate, generate_decode,
@@ -55,7 +55,7 @@ pub fn everything(names: &Names) -> Experiment {
         volumes: vec![Volume { name: "v".to_owned(), source }],
         codecs: names.codecs().iter().map(|codec| sweep(codec.info())).collect(),
         pipeline: PipelineAxes {
-            renderers: renderers().iter().map(|r| r.id().to_owned()).collect(),
+            renderers: renderers().iter().map(|r| r.info().id.to_owned()).collect(),
             sites: Site::ALL.to_vec(),
             filters: Filter::ALL.to_vec(),
         },
@@ -65,13 +65,13 @@ pub fn everything(names: &Names) -> Experiment {
 
 pub fn view(filter: Filter, projection: Projection) -> View {
     let point = |value, alpha| ControlPoint { value, rgba: [1.0, 0.5, 0.25, alpha] };
+    let function = TransferFunction::new(vec![point(0.0, 0.0), point(100.0, 1.0)]).unwrap();
     View {
         size: [64, 48],
         camera: Camera { projection, ..Camera::default() },
-        transfer_function: TransferFunction::new(vec![point(0.0, 0.0), point(100.0, 1.0)]).unwrap().into(),
-        step_voxels: 0.5,
         termination: 0.999,
         filter,
+        ..View::new(function)
     }
 }
 
@@ -101,11 +101,11 @@ pub fn shader(
     source: &Source<'_>,
 ) -> Result<GeneratedShader, String> {
     let plan = renderer.plan(view, decoder.layout()).map_err(|e| format!("renderer: {e}"))?;
-    let [Pass::Compute(pass)] = &plan.passes[..] else { panic!("{}: several passes", renderer.id()) };
+    let [pass] = &plan.passes[..] else { panic!("{}: several passes", renderer.info().id) };
     let request = Request {
-        templates: &pass.templates,
-        entry: pass.entry,
-        bindings: pass.bindings,
+        templates: pass.templates(),
+        entry: pass.entry(),
+        bindings: &pass.bindings(),
         layout: decoder.layout(),
         source: source.clone(),
         filter: Some(view.filter),
@@ -137,7 +137,7 @@ fn pictures(
             let cells =
                 resolution.cells.iter().filter(|c| c.codec == codec.info().id && c.settings == *settings);
             for cell in cells {
-                let renderer = renderers().into_iter().find(|r| r.id() == cell.renderer).unwrap();
+                let renderer = cvr::registry::renderer(&cell.renderer).unwrap();
                 for projection in [Projection::Perspective, Projection::Orthographic] {
                     for sampling in [TextureSampling::Hardware, TextureSampling::Manual] {
                         if cell.site == Site::Inline && sampling == TextureSampling::Manual {
@@ -205,7 +205,7 @@ fn the_generator_cannot_make_what_resolving_refuses() {
         let cell = &refusal.cell;
         let codec = names.codecs().get(&cell.codec).unwrap();
         let decoder = opened(codec.as_ref(), &cell.settings, &varied(SIZE, SampleType::U8, 1));
-        let renderer = renderers().into_iter().find(|r| r.id() == cell.renderer).unwrap();
+        let renderer = cvr::registry::renderer(&cell.renderer).unwrap();
         let source = source(&cell.codec, decoder.as_ref(), cell.site, TextureSampling::Hardware);
         let view = view(cell.filter, Projection::Perspective);
         let made = shader(renderer.as_ref(), &view, decoder.as_ref(), &source);

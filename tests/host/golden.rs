@@ -1,7 +1,5 @@
 //! Golden pictures, drawn by the CPU mirror and never by a device: volumes × codecs × projections × filters.
 
-use std::sync::Arc;
-
 use cvr::input::Generator;
 use cvr::registry::{Names, renderer};
 use cvr_core::codec::{SettingValue, Settings};
@@ -100,10 +98,9 @@ impl Golden {
                 projection: self.projection,
                 ..Camera::default()
             },
-            transfer_function: Arc::new(TransferFunction::new(points.iter().map(point).collect()).unwrap()),
-            step_voxels: 0.5,
             termination: 0.999,
             filter: self.filter,
+            ..View::new(TransferFunction::new(points.iter().map(point).collect()).unwrap())
         }
     }
 

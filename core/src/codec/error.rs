@@ -6,21 +6,21 @@ use crate::volume::SourceError;
 /// The settings are wrong: the user's fault, to be mended in the configuration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ConfigError {
-    /// The codec has no such setting.
-    #[error("codec `{codec}` has no setting `{name}`; it has: {known}")]
+    /// The codec or renderer has no such setting.
+    #[error("{owner} has no setting `{name}`; it has: {known}")]
     UnknownSetting {
-        /// Codec id.
-        codec: String,
+        /// Codec or renderer, in words.
+        owner: String,
         /// The unknown name.
         name: String,
         /// Known names.
         known: String,
     },
     /// The value is not allowed.
-    #[error("`{name} = {value}` of codec `{codec}`: expected {expected}")]
+    #[error("`{name} = {value}` of {owner}: expected {expected}")]
     Value {
-        /// Codec id.
-        codec: String,
+        /// Codec or renderer, in words.
+        owner: String,
         /// Setting.
         name: String,
         /// Value as written.

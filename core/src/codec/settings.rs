@@ -165,19 +165,27 @@ impl Settings {
     /// # Errors
     /// When a setting is unknown to the codec, or a value is not allowed.
     pub fn complete(&self, info: &super::CodecInfo) -> Result<Self, ConfigError> {
-        let known = || info.settings.iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
-        if let Some((name, _)) = self.iter().find(|(n, _)| info.setting(n).is_none()) {
+        self.complete_by(&format!("codec `{}`", info.id), info.settings)
+    }
+
+    /// The same by any schema; errors call it `owner`.
+    ///
+    /// # Errors
+    /// As [`Settings::complete`].
+    pub fn complete_by(&self, owner: &str, schema: &[Setting]) -> Result<Self, ConfigError> {
+        let is_known = |name: &str| schema.iter().any(|setting| setting.name == name);
+        if let Some((name, _)) = self.iter().find(|(name, _)| !is_known(name)) {
             return Err(ConfigError::UnknownSetting {
-                codec: info.id.to_owned(),
+                owner: owner.to_owned(),
                 name: name.to_owned(),
-                known: known(),
+                known: schema.iter().map(|s| s.name).collect::<Vec<_>>().join(", "),
             });
         }
         let mut complete = Self::default();
-        for setting in info.settings {
+        for setting in schema {
             let value = self.get(setting.name).cloned().unwrap_or_else(|| setting.default.into());
             let canonical = setting.kind.canonical(&value).ok_or_else(|| ConfigError::Value {
-                codec: info.id.to_owned(),
+                owner: owner.to_owned(),
                 name: setting.name.to_owned(),
                 value: value.to_string(),
                 expected: setting.kind.describe(),

@@ -176,7 +176,8 @@ fn axes(experiment: &Experiment) -> impl Iterator<Item = (&str, Site, Filter)> {
 
 fn renderer_problem(renderer: &str, known: &Known<'_>) -> Option<Reason> {
     let missing = || Reason::Missing(format!("this build has no renderer {renderer}"));
-    (!known.renderers.contains(&renderer)).then(missing)
+    let id = renderer.split(',').next().unwrap_or_default();
+    (!known.renderers.iter().any(|info| info.id == id)).then(missing)
 }
 
 /// Why a codec cannot be drawn at a site under a filter, by what it says of itself; `None` when it can.

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::render::{Camera, ControlPoint, Filter, TransferFunction, TransferFunctionError, View};
+use crate::render::{
+    Camera, ClipBox, ControlPoint, Filter, Shading, TransferFunction, TransferFunctionError, View,
+};
 use crate::volume::ValueRange;
 
 /// A scene of an experiment. It becomes a [`View`] once the value range of the volume is known.
@@ -26,6 +28,10 @@ pub struct Scene {
     pub early_termination: f32,
     /// Colour behind the volume, RGB, `0.0..=1.0`; default black.
     pub background: [f32; 3],
+    /// How surfaces are lit; default unlit.
+    pub shading: Option<Shading>,
+    /// What is drawn of the volume; default all.
+    pub clip: Option<ClipBox>,
 }
 
 /// What the values of control points mean.
@@ -68,6 +74,9 @@ impl Scene {
             step_voxels: self.step_voxels,
             termination: self.early_termination,
             filter,
+            shading: self.shading,
+            clip: self.clip,
+            macrocells: None,
         })
     }
 

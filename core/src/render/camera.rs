@@ -136,6 +136,15 @@ impl Camera {
 }
 
 impl RayFrame {
+    /// The camera's axes in the world, of unit length: right, up, and back towards the viewer.
+    #[must_use]
+    pub fn axes(&self) -> [Vec3; 3] {
+        // One of the two is zero: parallel rays differ in where they start, the others in where they go.
+        let right = self.direction_right + self.origin_right;
+        let up = self.direction_up + self.origin_up;
+        [right, up, -self.direction].map(|axis| (axis * self.voxel_size).normalize())
+    }
+
     /// Image-plane point of a pixel's centre.
     #[must_use]
     pub fn pixel(&self, x: u32, y: u32, size: [u32; 2]) -> [f32; 2] {
@@ -165,6 +174,16 @@ mod tests {
             let to_centre = (centre - rays.origin).normalize();
             assert!(to_centre.distance(rays.direction.normalize()) < 1e-5);
             assert!(((rays.direction * rays.voxel_size).length() - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn the_axes_are_orthonormal_in_the_world() {
+        for projection in [Projection::Perspective, Projection::Orthographic] {
+            let camera = Camera { projection, roll: 17.0, ..Camera::default() };
+            let [right, up, back] = camera.rays(&layout(), [64, 48]).axes();
+            assert!(right.cross(up).distance(back) < 1e-5);
+            assert!([right, up, back].iter().all(|axis| (axis.length() - 1.0).abs() < 1e-6));
         }
     }
 

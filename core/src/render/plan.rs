@@ -11,8 +11,6 @@ pub struct Plan {
     pub size: [u32; 2],
     /// Passes.
     pub passes: Vec<Pass>,
-    /// Straight RGBA entries that templates read as `transfer_table`.
-    pub transfer_table: Vec<[f32; 4]>,
 }
 
 /// One pass.
@@ -21,23 +19,103 @@ pub struct Plan {
 pub enum Pass {
     /// A compute shader over the image.
     Compute(ComputePass),
+    /// Triangles that are blended into the image.
+    Raster(RasterPass),
 }
 
-/// A compute pass that fills the image.
-///
-/// The generator binds for it what `bindings` lists: `view` (uniform of the struct `View`, which a template
-/// declares), `transfer_table: array<vec4<f32>>` (read), `image: array<vec4<f32>>` (premultiplied RGBA in rows,
-/// written), and whatever the voxel source needs.
+impl Pass {
+    /// The modules that make up its template.
+    #[must_use]
+    pub fn templates(&self) -> &[Template] {
+        match self {
+            Self::Compute(pass) => &pass.templates,
+            Self::Raster(pass) => &pass.templates,
+        }
+    }
+
+    /// The entry point that reads voxels.
+    #[must_use]
+    pub const fn entry(&self) -> &'static str {
+        match self {
+            Self::Compute(pass) => pass.entry,
+            Self::Raster(pass) => pass.fragment,
+        }
+    }
+
+    /// What it reads, but for voxels.
+    #[must_use]
+    pub fn inputs(&self) -> &[Input] {
+        match self {
+            Self::Compute(pass) => &pass.inputs,
+            Self::Raster(pass) => &pass.inputs,
+        }
+    }
+
+    /// The bindings that its template uses.
+    #[must_use]
+    pub fn bindings(&self) -> Vec<BindingKind> {
+        let image = matches!(self, Self::Compute(_)).then_some(BindingKind::Image);
+        self.inputs().iter().map(|input| input.kind.clone()).chain(image).collect()
+    }
+}
+
+/// What a pass reads, but for voxels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// How the generator binds it.
+    pub kind: BindingKind,
+    /// What it holds, in WGSL's layout.
+    pub contents: Vec<u8>,
+}
+
+/// A compute pass that fills the image, which is bound as `image: array<vec4<f32>>` (premultiplied RGBA in rows,
+/// written).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComputePass {
     /// The modules that make up the template; one of them declares the entry point.
     pub templates: Vec<Template>,
     /// Entry point.
     pub entry: &'static str,
-    /// The bindings that the template uses.
-    pub bindings: &'static [BindingKind],
-    /// Bytes of the uniform `view`, in WGSL's layout.
-    pub view: Vec<u8>,
+    /// What it reads.
+    pub inputs: Vec<Input>,
     /// Workgroups along x, y, z.
     pub workgroups: [u32; 3],
+}
+
+/// A pass that draws triangles one after the other, each *over* what is there, into an image that is transparent at
+/// first. The fragment shader returns premultiplied RGBA.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RasterPass {
+    /// The modules that make up the template; they declare both entry points.
+    pub templates: Vec<Template>,
+    /// Entry point of the vertex shader, which takes a [`ProxyVertex`] at locations 0 and 1.
+    pub vertex: &'static str,
+    /// Entry point of the fragment shader.
+    pub fragment: &'static str,
+    /// What the fragment shader reads.
+    pub inputs: Vec<Input>,
+    /// Corners of triangles, the farthest triangle first.
+    pub vertices: Vec<ProxyVertex>,
+    /// What sums are kept in.
+    pub blending: Blending,
+}
+
+/// A corner of proxy geometry.
+#[derive(Copy, Clone, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct ProxyVertex {
+    /// In the picture, from −1 (left, bottom) to 1 (right, top).
+    pub position: [f32; 2],
+    /// The slice that the triangle belongs to.
+    pub slice: u32,
+}
+
+/// What blended sums are kept in.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub enum Blending {
+    /// Half precision: what every device can blend. Its eleven bits are rounded at each slice.
+    Float16,
+    /// Single precision; half where a device cannot blend it, which the record tells.
+    #[default]
+    Float32,
 }

@@ -105,6 +105,21 @@ impl TransferFunction {
         std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
     }
 
+    /// Whether no value of `range` shows anything. It errs towards showing: an entry on each side counts along.
+    #[must_use]
+    pub fn is_transparent(&self, range: ValueRange) -> bool {
+        let last = (Self::ENTRIES - 1) as f32;
+        let at = |value: f32| ((value - self.points[0].value) * self.scale).clamp(0.0, last);
+        let (low, high) = (at(range.min), at(range.max));
+        // A position that is no number says nothing.
+        if low.is_nan() || high.is_nan() {
+            return false;
+        }
+        let first = (low as usize).saturating_sub(1);
+        let end = (high as usize + 2).min(Self::ENTRIES - 1);
+        self.table[first..=end].iter().all(|entry| entry[3] <= 0.0)
+    }
+
     /// The piecewise linear function itself.
     fn exact(&self, value: f32) -> [f32; 4] {
         let after = self.points.partition_point(|p| p.value <= value);
@@ -134,6 +149,15 @@ mod tests {
             let got = f.classify(value)[3];
             assert!((got - alpha).abs() < 2e-3, "{value}: {got} for {alpha}");
         }
+    }
+
+    #[test]
+    fn what_is_transparent_shows_nothing_and_what_shows_is_not() {
+        let f = TransferFunction::new(vec![point(0.0, 0.0), point(10.0, 0.0), point(11.0, 1.0)]).unwrap();
+        let transparent = |min, max| f.is_transparent(ValueRange { min, max });
+        assert!(transparent(-50.0, 9.9) && transparent(3.0, 3.0));
+        assert!(!transparent(3.0, 10.1) && !transparent(10.5, 99.0) && !transparent(12.0, 13.0));
+        assert!(!transparent(f32::NAN, 1.0));
     }
 
     #[test]

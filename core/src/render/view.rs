@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, TransferFunction};
+use super::{Camera, ClipBox, Macrocells, Shading, TransferFunction};
+use crate::volume::Extent;
 
 /// How a value between voxel centres comes about.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -61,4 +63,35 @@ pub struct View {
     pub termination: f32,
     /// Filter.
     pub filter: Filter,
+    /// How surfaces are lit; `None` = samples show the transfer function's colours.
+    pub shading: Option<Shading>,
+    /// What is drawn of the volume; `None` = all.
+    pub clip: Option<ClipBox>,
+    /// What the renderer may skip, for this transfer function. The picture is the same without.
+    pub macrocells: Option<Arc<Macrocells>>,
+}
+
+impl View {
+    /// A plain view: 256 × 256 pixels from the default camera, half a voxel per step, every ray to its end, linear,
+    /// unlit, whole, nothing skipped.
+    #[must_use]
+    pub fn new(transfer_function: impl Into<Arc<TransferFunction>>) -> Self {
+        Self {
+            size: [256, 256],
+            camera: Camera::default(),
+            transfer_function: transfer_function.into(),
+            step_voxels: 0.5,
+            termination: 1.0,
+            filter: Filter::Linear,
+            shading: None,
+            clip: None,
+            macrocells: None,
+        }
+    }
+
+    /// Lower and upper corner of what is drawn, in voxel coordinates.
+    #[must_use]
+    pub fn bounds(&self, extent: Extent) -> [Vec3; 2] {
+        self.clip.unwrap_or(ClipBox::WHOLE).corners(extent)
+    }
 }

@@ -45,8 +45,7 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
             let cell = by_cells || calls("voxel_cell(");
             // The other filters fetch single voxels.
             let fetch = request.filter.is_some() && !by_cells || calls("voxel_fetch(");
-            let uniform = |b: &&Binding| matches!(b.kind, BindingKind::View | BindingKind::Slab);
-            let storage_used = (bindings.len() - bindings.iter().filter(uniform).count()) as u32;
+            let storage_used = bindings.iter().filter(|b| !b.kind.is_uniform()).count() as u32;
             let (accessors, parts) =
                 text::resource_accessors(codec, resources, request.limits, storage_used)?;
             bindings.extend(parts);

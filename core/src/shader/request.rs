@@ -12,8 +12,8 @@ pub struct Request<'a> {
     pub templates: &'a [Template],
     /// Entry point that one of them declares.
     pub entry: &'a str,
-    /// The bindings that the template uses, of the kinds [`BindingKind::View`], [`BindingKind::TransferTable`],
-    /// [`BindingKind::Image`], [`BindingKind::Dump`], [`BindingKind::Slab`] and [`BindingKind::Texels`].
+    /// The bindings that the template uses: any kind but those of voxels, [`BindingKind::Words`],
+    /// [`BindingKind::VolumeTexture`] and [`BindingKind::VolumeSampler`].
     pub bindings: &'a [BindingKind],
     /// Shape of the volume.
     pub layout: &'a VolumeLayout,
@@ -97,6 +97,14 @@ impl Default for BindingLimits {
 pub enum BindingKind {
     /// Uniform buffer `view`.
     View,
+    /// Uniform `clip`: the struct `Clip` of the box that is drawn.
+    Clip,
+    /// Uniform `lighting`: the struct `Lighting` of lit samples.
+    Lighting,
+    /// Uniform `slabs`: the struct `Slabs` of a stack of slices.
+    Slabs,
+    /// Read-only storage `macrocells: array<u32>`.
+    Macrocells,
     /// Read-only storage `transfer_table: array<vec4<f32>>`.
     TransferTable,
     /// Storage `image: array<vec4<f32>>`, written.
@@ -123,6 +131,14 @@ pub enum BindingKind {
     },
     /// Clamping linear sampler for the volume texture.
     VolumeSampler,
+}
+
+impl BindingKind {
+    /// Whether it is a uniform.
+    #[must_use]
+    pub const fn is_uniform(&self) -> bool {
+        matches!(self, Self::View | Self::Clip | Self::Lighting | Self::Slabs | Self::Slab)
+    }
 }
 
 /// One binding of a generated shader.

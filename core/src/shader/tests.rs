@@ -43,8 +43,16 @@ fn inline(
     })
 }
 
-const RAYCAST: [Template; 4] =
-    [shaders::RAYCASTING, shaders::CAMERA_PERSPECTIVE, shaders::CLASSIFY_SCALAR, shaders::OPACITY];
+const RAYCAST: [Template; 8] = [
+    shaders::RAYCASTING,
+    shaders::VIEW,
+    shaders::CAMERA_PERSPECTIVE,
+    shaders::BOUNDS_WHOLE,
+    shaders::OPTICS_UNLIT,
+    shaders::EVERY_SAMPLE,
+    shaders::CLASSIFY_SCALAR,
+    shaders::OPACITY,
+];
 
 fn dump(snippet: &str) -> Result<GeneratedShader, ShaderError> {
     inline(snippet, None, &[shaders::DUMP], 512)

@@ -108,6 +108,10 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
     for (kind, binding) in kinds.iter().zip(0..) {
         let declaration = match kind {
             BindingKind::View => "var<uniform> view: View;",
+            BindingKind::Clip => "var<uniform> clip: Clip;",
+            BindingKind::Lighting => "var<uniform> lighting: Lighting;",
+            BindingKind::Slabs => "var<uniform> slabs: Slabs;",
+            BindingKind::Macrocells => "var<storage, read> macrocells: array<u32>;",
             BindingKind::TransferTable => "var<storage, read> transfer_table: array<vec4<f32>>;",
             BindingKind::Image => "var<storage, read_write> image: array<vec4<f32>>;",
             BindingKind::Dump => "var<storage, read_write> dump_values: array<f32>;",

@@ -33,6 +33,28 @@ impl Region {
         })
     }
 
+    /// Box number `index` of the boxes of size `block` that cover `extent`, cut at its faces.
+    #[must_use]
+    pub fn block(index: [u32; 3], block: Extent, extent: Extent) -> Self {
+        let (block, whole) = (block.to_array(), extent.to_array());
+        let origin: [u32; 3] = std::array::from_fn(|a| (index[a] * block[a]).min(whole[a] - 1));
+        Self::between(origin, std::array::from_fn(|a| (origin[a] + block[a]).min(whole[a])))
+    }
+
+    /// The box and its neighbours up to `apron` voxels away, as far as they lie inside a volume of size `extent`.
+    #[must_use]
+    pub fn with_apron(self, apron: u32, extent: Extent) -> Self {
+        let (size, whole) = (self.extent.to_array(), extent.to_array());
+        let end = std::array::from_fn(|a| (self.origin[a] + size[a] + apron).min(whole[a]));
+        Self::between(self.origin.map(|o| o.saturating_sub(apron)), end)
+    }
+
+    /// From `origin` to before `end`, which is above it along every axis.
+    fn between(origin: [u32; 3], end: [u32; 3]) -> Self {
+        let size: [u32; 3] = std::array::from_fn(|a| end[a].saturating_sub(origin[a]).max(1));
+        Self { origin, extent: Extent::try_from(size).unwrap_or(Extent::ONE) }
+    }
+
     /// Rows along x, in memory order: the volume position of each row's first voxel. The `n`-th row fills
     /// `extent.x()` voxels of the output from `n * extent.x()` on.
     pub fn rows(self) -> impl Iterator<Item = [u32; 3]> {

@@ -77,6 +77,21 @@ impl Extent {
         (p[2] as usize * self.y as usize + p[1] as usize) * self.x as usize + p[0] as usize
     }
 
+    /// The voxel at index `i` of memory order; the inverse of [`Extent::index`].
+    #[must_use]
+    pub const fn position(self, i: usize) -> [u32; 3] {
+        let row = i / self.x as usize;
+        let (x, y, z) = (i % self.x as usize, row % self.y as usize, row / self.y as usize);
+        [x as u32, y as u32, z as u32]
+    }
+
+    /// The extent at a resolution: each step halves every axis, and what is left over counts as a voxel.
+    #[must_use]
+    pub fn at_resolution(self, resolution: u8) -> Self {
+        let halved = |axis: u32| u64::from(axis).div_ceil(1 << resolution.min(32)) as u32;
+        Self { x: halved(self.x), y: halved(self.y), z: halved(self.z) }
+    }
+
     /// How many blocks of size `block` cover this extent along each axis (edge blocks may be cut).
     #[must_use]
     pub const fn blocks_of(self, block: Self) -> Self {
@@ -126,5 +141,15 @@ mod tests {
         let extent = Extent::new(13, 17, 23).unwrap();
         assert_eq!(extent.blocks_of(Extent::cube(4).unwrap()).to_array(), [4, 5, 6]);
         assert_eq!(extent.index([12, 16, 22]) as u64, extent.voxels() - 1);
+        assert_eq!(extent.position(extent.index([12, 3, 22])), [12, 3, 22]);
+    }
+
+    #[test]
+    fn resolutions_halve_and_keep_the_rest() {
+        let extent = Extent::new(13, 16, 1).unwrap();
+        assert_eq!(
+            [0, 1, 2, 255].map(|r| extent.at_resolution(r).to_array()),
+            [[13, 16, 1], [7, 8, 1], [4, 4, 1], [1, 1, 1]]
+        );
     }
 }

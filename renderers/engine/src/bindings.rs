@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use cvr_core::codec::Resource;
+use cvr_core::render::Input;
 use cvr_core::shader::{Binding, BindingKind, GeneratedShader};
 
 use crate::{Device, EngineError, VolumeTexture};
@@ -10,10 +11,8 @@ use crate::{Device, EngineError, VolumeTexture};
 /// What the bindings of a shader may hold. What the shader does not list need not be there.
 #[derive(Default)]
 pub(crate) struct Supplies<'a> {
-    /// Contents of the uniform `view`.
-    pub(crate) view: &'a [u8],
-    /// `transfer_table`.
-    pub(crate) table: &'a [[f32; 4]],
+    /// Uniforms and tables of the renderer.
+    pub(crate) inputs: &'a [Input],
     /// The uniform `slab`.
     pub(crate) slab: Option<&'a wgpu::Buffer>,
     /// `image`, `dump` or `texels`: what the shader writes.
@@ -27,18 +26,20 @@ pub(crate) struct Supplies<'a> {
 /// Parts of the codec's buffers that lie on the device: `(resource, first word)` → buffer. Passes share them.
 pub(crate) type Parts = BTreeMap<(usize, u64), wgpu::Buffer>;
 
-/// A pipeline and what is bound to it.
+/// A compiled shader, and everything that it lists bound.
 #[derive(Debug)]
-pub(crate) struct Bound {
-    pipeline: wgpu::ComputePipeline,
-    groups: Vec<(u32, wgpu::BindGroup)>,
+pub(crate) struct Bindings {
+    pub(crate) module: wgpu::ShaderModule,
+    pub(crate) layout: wgpu::PipelineLayout,
+    pub(crate) groups: Vec<(u32, wgpu::BindGroup)>,
 }
 
-impl Bound {
-    /// Compiles `shader`, uploads what it reads, and binds everything.
+impl Bindings {
+    /// Compiles `shader`, uploads what it reads, and binds everything for a stage of a pipeline.
     pub(crate) fn new(
         device: &Device,
         shader: &GeneratedShader,
+        stage: wgpu::ShaderStages,
         supplies: &Supplies<'_>,
         parts: &mut Parts,
     ) -> Result<Self, EngineError> {
@@ -50,13 +51,16 @@ impl Bound {
         let resident: Vec<_> = device.guarded("uploading what a shader reads", || {
             shader.bindings.iter().map(|binding| resident(device, binding, supplies, parts)).collect()
         })?;
-        device.guarded("building a pipeline", || Ok(Self::assemble(device, shader, &module, &resident)))
+        device.guarded("binding what a shader reads", || {
+            Ok(Self::assemble(device, shader, stage, module, &resident))
+        })
     }
 
     fn assemble(
         device: &Device,
         shader: &GeneratedShader,
-        module: &wgpu::ShaderModule,
+        stage: wgpu::ShaderStages,
+        module: wgpu::ShaderModule,
         resident: &[Resident],
     ) -> Self {
         let bound = || shader.bindings.iter().zip(resident);
@@ -65,7 +69,7 @@ impl Bound {
         let layouts: Vec<_> = numbers()
             .map(|group| {
                 let of_group = bound().filter(|(binding, _)| binding.group == group);
-                let entries: Vec<_> = of_group.map(|(binding, _)| layout_entry(binding)).collect();
+                let entries: Vec<_> = of_group.map(|(binding, _)| layout_entry(binding, stage)).collect();
                 device.wgpu().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                     label: None,
                     entries: &entries,
@@ -92,15 +96,37 @@ impl Bound {
             bind_group_layouts: &layouts,
             immediate_size: 0,
         });
-        let pipeline = device.wgpu().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(&shader.entry),
-            layout: Some(&layout),
-            module,
-            entry_point: Some(&shader.entry),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
-        Self { pipeline, groups }
+        Self { module, layout, groups }
+    }
+}
+
+/// A compute pipeline and what is bound to it.
+#[derive(Debug)]
+pub(crate) struct Bound {
+    pipeline: wgpu::ComputePipeline,
+    groups: Vec<(u32, wgpu::BindGroup)>,
+}
+
+impl Bound {
+    /// Compiles `shader`, uploads what it reads, and binds everything.
+    pub(crate) fn new(
+        device: &Device,
+        shader: &GeneratedShader,
+        supplies: &Supplies<'_>,
+        parts: &mut Parts,
+    ) -> Result<Self, EngineError> {
+        let bindings = Bindings::new(device, shader, wgpu::ShaderStages::COMPUTE, supplies, parts)?;
+        let pipeline = device.guarded("building a pipeline", || {
+            Ok(device.wgpu().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(&shader.entry),
+                layout: Some(&bindings.layout),
+                module: &bindings.module,
+                entry_point: Some(&shader.entry),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            }))
+        })?;
+        Ok(Self { pipeline, groups: bindings.groups })
     }
 
     /// Records the dispatch.
@@ -140,21 +166,20 @@ fn resident(
         |what: &str| EngineError::Unsupported(format!("the shader reads {what}, which the plan lacks"));
     let storage = wgpu::BufferUsages::STORAGE;
     Ok(match &binding.kind {
-        BindingKind::View => {
-            if supplies.view.is_empty() {
-                return Err(missing("`view`"));
-            }
-            // Uniform structs end on a multiple of 16 bytes.
-            let mut view = supplies.view.to_vec();
-            view.resize(view.len().next_multiple_of(16), 0);
-            Resident::Buffer(device.filled_buffer("view", wgpu::BufferUsages::UNIFORM, &view)?)
-        }
-        BindingKind::TransferTable => {
-            if supplies.table.is_empty() {
-                return Err(missing("`transfer_table`"));
-            }
-            let table = bytemuck::cast_slice(supplies.table);
-            Resident::Buffer(device.filled_buffer("transfer_table", storage, table)?)
+        BindingKind::View
+        | BindingKind::Clip
+        | BindingKind::Lighting
+        | BindingKind::Slabs
+        | BindingKind::TransferTable
+        | BindingKind::Macrocells => {
+            let input = supplies.inputs.iter().find(|input| input.kind == binding.kind);
+            let input = input.filter(|input| !input.contents.is_empty());
+            let input = input.ok_or_else(|| missing(&format!("{:?}", binding.kind)))?;
+            let usage = if binding.kind.is_uniform() { wgpu::BufferUsages::UNIFORM } else { storage };
+            // Structs end on a multiple of 16 bytes.
+            let mut contents = input.contents.clone();
+            contents.resize(contents.len().next_multiple_of(16), 0);
+            Resident::Buffer(device.filled_buffer("input", usage, &contents)?)
         }
         BindingKind::Slab => Resident::Buffer(supplies.slab.ok_or_else(|| missing("`slab`"))?.clone()),
         BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
@@ -197,11 +222,15 @@ fn part_of(all: &[u32], first: u64, words: u64) -> Option<&[u32]> {
     all.get(first..first.checked_add(usize::try_from(words).ok()?)?)
 }
 
-fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
+fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let ty = match binding.kind {
-        BindingKind::View | BindingKind::Slab => buffer(wgpu::BufferBindingType::Uniform),
-        BindingKind::TransferTable | BindingKind::Words { .. } => {
+        BindingKind::View
+        | BindingKind::Clip
+        | BindingKind::Lighting
+        | BindingKind::Slabs
+        | BindingKind::Slab => buffer(wgpu::BufferBindingType::Uniform),
+        BindingKind::TransferTable | BindingKind::Macrocells | BindingKind::Words { .. } => {
             buffer(wgpu::BufferBindingType::Storage { read_only: true })
         }
         BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
@@ -214,7 +243,6 @@ fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
         },
         BindingKind::VolumeSampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
     };
-    let visibility = wgpu::ShaderStages::COMPUTE;
     wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }
 }
 

@@ -13,10 +13,14 @@ pub struct Capabilities {
     pub norm16: bool,
     /// Whether single-precision textures can be filtered.
     pub float32_filterable: bool,
+    /// Whether single-precision images can be blended.
+    pub float32_blendable: bool,
     /// Whether a pass can be timed on the device.
     pub timestamps: bool,
     /// Voxels along one axis of a 3-D texture.
     pub texture_edge_voxels: u32,
+    /// Pixels along one side of a picture that is blended.
+    pub picture_edge_pixels: u32,
     /// Bytes of one storage binding.
     pub storage_binding_bytes: u64,
     /// Bytes of one buffer.
@@ -69,8 +73,10 @@ impl Capabilities {
         Self {
             norm16: features.contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM),
             float32_filterable: features.contains(wgpu::Features::FLOAT32_FILTERABLE),
+            float32_blendable: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             texture_edge_voxels: limits.max_texture_dimension_3d,
+            picture_edge_pixels: limits.max_texture_dimension_2d,
             storage_binding_bytes: limits.max_storage_buffer_binding_size,
             buffer_bytes: limits.max_buffer_size,
             storage_buffers: limits.max_storage_buffers_per_shader_stage,
@@ -138,8 +144,10 @@ impl Capabilities {
     pub(crate) const LEAST: Self = Self {
         norm16: false,
         float32_filterable: false,
+        float32_blendable: false,
         timestamps: false,
         texture_edge_voxels: 2048,
+        picture_edge_pixels: 8192,
         storage_binding_bytes: 128 << 20,
         buffer_bytes: 256 << 20,
         storage_buffers: 8,

@@ -213,6 +213,7 @@ impl Device {
     fn open_adapter(adapter: &wgpu::Adapter, info: DeviceInfo) -> Result<Self, EngineError> {
         let wanted = wgpu::Features::TEXTURE_FORMAT_16BIT_NORM
             | wgpu::Features::FLOAT32_FILTERABLE
+            | wgpu::Features::FLOAT32_BLENDABLE
             | wgpu::Features::TIMESTAMP_QUERY;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("cvr"),

@@ -1,9 +1,13 @@
 //! A plan made runnable.
 
-use cvr_core::render::{Filter, Image, Pass, Plan};
+mod canvas;
+
+use canvas::Canvas;
+use cvr_core::render::{Blending, Filter, Image, Pass, Plan};
 use cvr_core::shader::{BindingKind, Request, TextureSampling, generate};
 
 use crate::bindings::{Bound, Parts, Supplies};
+use crate::raster::{BoundRaster, target_format};
 use crate::timestamps::{FrameTimestamps, timed};
 use crate::timing::FrameTime;
 use crate::{Device, DrawSource, EngineError};
@@ -16,12 +20,20 @@ use crate::{Device, DrawSource, EngineError};
 pub struct Drawing {
     device: Device,
     size: [u32; 2],
-    image: wgpu::Buffer,
-    passes: Vec<(Bound, [u32; 3])>,
+    canvas: Canvas,
+    passes: Vec<Runnable>,
+    blending: Option<Blending>,
     timestamps: Option<FrameTimestamps>,
     resident_bytes: u64,
     filtering: TextureSampling,
     wgsl: String,
+}
+
+/// A pass made runnable.
+#[derive(Debug)]
+enum Runnable {
+    Compute(Bound, [u32; 3]),
+    Raster(BoundRaster, wgpu::TextureView),
 }
 
 impl Drawing {
@@ -39,20 +51,16 @@ impl Drawing {
         filter: Filter,
     ) -> Result<Self, EngineError> {
         let voxels = source.voxels()?;
-        let image = new_image(device, plan.size)?;
+        let canvas = canvas_of(device, plan)?;
         let mut parts = Parts::new();
         let mut passes = Vec::new();
         let mut texts = Vec::new();
         let mut filtering = TextureSampling::Manual;
         for pass in &plan.passes {
-            let Pass::Compute(pass) = pass else {
-                return Err(EngineError::Unsupported("this engine runs compute passes only".to_owned()));
-            };
-            check_workgroups(device, pass.workgroups)?;
             let shader = generate(&Request {
-                templates: &pass.templates,
-                entry: pass.entry,
-                bindings: pass.bindings,
+                templates: pass.templates(),
+                entry: pass.entry(),
+                bindings: &pass.bindings(),
                 layout: voxels.layout,
                 source: voxels.source.clone(),
                 filter: Some(filter),
@@ -61,15 +69,29 @@ impl Drawing {
             if shader.bindings.iter().any(|binding| binding.kind == BindingKind::VolumeSampler) {
                 filtering = TextureSampling::Hardware;
             }
-            let supplies = Supplies {
-                view: &pass.view,
-                table: &plan.transfer_table,
-                output: Some(&image),
+            let mut supplies = Supplies {
+                inputs: pass.inputs(),
                 buffers: &voxels.buffers,
                 texture: voxels.texture,
-                slab: None,
+                ..Supplies::default()
             };
-            passes.push((Bound::new(device, &shader, &supplies, &mut parts)?, pass.workgroups));
+            passes.push(match (pass, &canvas) {
+                (Pass::Compute(pass), Canvas::Buffer(image)) => {
+                    check_workgroups(device, pass.workgroups)?;
+                    supplies.output = Some(image);
+                    let bound = Bound::new(device, &shader, &supplies, &mut parts)?;
+                    Runnable::Compute(bound, pass.workgroups)
+                }
+                (Pass::Raster(pass), Canvas::Target(texture)) => {
+                    let format = texture.format();
+                    let bound = BoundRaster::new(device, pass, &shader, format, &supplies, &mut parts)?;
+                    Runnable::Raster(bound, texture.create_view(&wgpu::TextureViewDescriptor::default()))
+                }
+                _ => {
+                    let text = "passes of one picture either compute or blend, and this plan mixes them";
+                    return Err(EngineError::Unsupported(text.to_owned()));
+                }
+            });
             texts.push(shader.wgsl);
         }
         if passes.is_empty() {
@@ -79,7 +101,8 @@ impl Drawing {
         Ok(Self {
             device: device.clone(),
             size: plan.size,
-            image,
+            blending: canvas.blending(),
+            canvas,
             passes,
             timestamps: device.guarded("preparing timestamps", || FrameTimestamps::new(device))?,
             resident_bytes: words + voxels.texture.map_or(0, crate::VolumeTexture::resident_bytes),
@@ -97,13 +120,8 @@ impl Drawing {
         timed(&self.device, "drawing", self.timestamps.as_ref(), || {
             let device = self.device.wgpu();
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            for (i, (bound, workgroups)) in self.passes.iter().enumerate() {
-                let timestamps = self.timestamps.as_ref();
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                    label: Some("draw"),
-                    timestamp_writes: timestamps.and_then(|t| t.writes(i, self.passes.len())),
-                });
-                bound.dispatch(&mut pass, *workgroups);
+            for (i, pass) in self.passes.iter().enumerate() {
+                self.record(&mut encoder, pass, i);
             }
             if let Some(timestamps) = &self.timestamps {
                 timestamps.resolve(&mut encoder);
@@ -118,9 +136,41 @@ impl Drawing {
     /// # Errors
     /// What the driver refuses; a lost device.
     pub fn read_image(&self) -> Result<Image, EngineError> {
-        let pixels = self.device.read_buffer(&self.image, self.image.size())?;
-        Image::from_pixels(self.size, pixels)
-            .ok_or_else(|| EngineError::Gpu("the picture came back in another size".to_owned()))
+        self.canvas.read(&self.device, self.size)
+    }
+
+    fn record(&self, encoder: &mut wgpu::CommandEncoder, pass: &Runnable, index: usize) {
+        let (timestamps, label, passes) = (self.timestamps.as_ref(), Some("draw"), self.passes.len());
+        match pass {
+            Runnable::Compute(bound, workgroups) => {
+                let timestamp_writes = timestamps.and_then(|t| t.writes(index, passes));
+                let mut pass =
+                    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes });
+                bound.dispatch(&mut pass, *workgroups);
+            }
+            Runnable::Raster(bound, view) => {
+                let load = if index == 0 {
+                    wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)
+                } else {
+                    wgpu::LoadOp::Load
+                };
+                let attachment = wgpu::RenderPassColorAttachment {
+                    view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+                };
+                let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                    label,
+                    color_attachments: &[Some(attachment)],
+                    depth_stencil_attachment: None,
+                    timestamp_writes: timestamps.and_then(|t| t.render_writes(index, passes)),
+                    occlusion_query_set: None,
+                    multiview_mask: None,
+                });
+                bound.draw(&mut pass);
+            }
+        }
     }
 
     /// Bytes of device memory that hold the volume: the codec's buffers, or what stays resident with the texture
@@ -136,6 +186,13 @@ impl Drawing {
         self.filtering
     }
 
+    /// Precision of blended sums; `None` where nothing is blended. It is half where the device cannot blend what the
+    /// plan asks for.
+    #[must_use]
+    pub const fn blending(&self) -> Option<Blending> {
+        self.blending
+    }
+
     /// The generated shaders, in the order of their passes.
     #[must_use]
     pub fn wgsl(&self) -> &str {
@@ -143,20 +200,12 @@ impl Drawing {
     }
 }
 
-fn new_image(device: &Device, size: [u32; 2]) -> Result<wgpu::Buffer, EngineError> {
-    // The product of two sides fits, that with the bytes of a pixel may not.
-    let pixels = u64::from(size[0]) * u64::from(size[1]);
-    let bytes = pixels.saturating_mul(size_of::<[f32; 4]>() as u64);
-    if bytes == 0 {
-        return Err(EngineError::Unsupported(format!("a picture of {}×{} pixels", size[0], size[1])));
+/// What the passes of a plan draw into.
+fn canvas_of(device: &Device, plan: &Plan) -> Result<Canvas, EngineError> {
+    match plan.passes.last() {
+        Some(Pass::Raster(pass)) => Canvas::target(device, plan.size, target_format(device, pass.blending)),
+        _ => Canvas::buffer(device, plan.size),
     }
-    let limit = device.capabilities().storage_bytes();
-    if bytes > limit {
-        let what = format!("a picture of {}×{} pixels", size[0], size[1]);
-        return Err(EngineError::TooLarge { what, requested: bytes, limit, unit: "bytes in one buffer" });
-    }
-    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-    device.guarded("making a picture", || device.empty_buffer("image", usage, bytes))
 }
 
 fn check_workgroups(device: &Device, workgroups: [u32; 3]) -> Result<(), EngineError> {

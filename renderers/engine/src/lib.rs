@@ -13,6 +13,7 @@ mod drawing;
 mod dump;
 mod error;
 mod guard;
+mod raster;
 mod readback;
 mod slabs;
 mod source;

@@ -74,13 +74,27 @@ impl FrameTimestamps {
         Ok(Some(Self { queries, resolved, staging, period_ns }))
     }
 
-    /// What pass `index` of `passes` writes.
+    /// What pass `index` of `passes` writes, if it is a compute pass.
     pub(crate) fn writes(&self, index: usize, passes: usize) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
-        let (first, last) = (index == 0, index + 1 == passes);
-        (first || last).then_some(wgpu::ComputePassTimestampWrites {
+        let [begin, end] = written(index, passes)?;
+        Some(wgpu::ComputePassTimestampWrites {
             query_set: &self.queries,
-            beginning_of_pass_write_index: first.then_some(0),
-            end_of_pass_write_index: last.then_some(1),
+            beginning_of_pass_write_index: begin,
+            end_of_pass_write_index: end,
+        })
+    }
+
+    /// The same for a render pass.
+    pub(crate) fn render_writes(
+        &self,
+        index: usize,
+        passes: usize,
+    ) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+        let [begin, end] = written(index, passes)?;
+        Some(wgpu::RenderPassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: begin,
+            end_of_pass_write_index: end,
         })
     }
 
@@ -96,6 +110,12 @@ impl FrameTimestamps {
         let [start, end] = ticks[..] else { return Ok(f64::NAN) };
         Ok(end.wrapping_sub(start) as f64 * self.period_ns / 1e6)
     }
+}
+
+/// The query that each end of a pass writes: the first pass begins the time, the last ends it.
+fn written(index: usize, passes: usize) -> Option<[Option<u32>; 2]> {
+    let (first, last) = (index == 0, index + 1 == passes);
+    (first || last).then_some([first.then_some(0), last.then_some(1)])
 }
 
 #[cfg(test)]

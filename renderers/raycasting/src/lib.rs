@@ -6,39 +6,36 @@
 mod mirror;
 mod plan;
 
-use cvr_core::render::{Image, Plan, RenderError, Renderer, View, Voxels};
+use std::sync::Arc;
+
+use cvr_core::codec::{ConfigError, Settings};
+use cvr_core::render::{Image, Plan, RenderError, Renderer, RendererInfo, View, Voxels};
 use cvr_core::volume::VolumeLayout;
+
+const INFO: RendererInfo = RendererInfo {
+    id: "raycasting",
+    summary: "rays front to back, early termination; one compute pass",
+    settings: &[],
+};
 
 /// The renderer `raycasting`.
 #[derive(Copy, Clone, Debug, Default)]
 pub struct Raycasting;
 
 impl Renderer for Raycasting {
-    fn id(&self) -> &'static str {
-        "raycasting"
+    fn info(&self) -> &'static RendererInfo {
+        &INFO
     }
 
-    fn summary(&self) -> &'static str {
-        "rays front to back, early termination; one compute pass"
+    fn with(&self, _: &Settings) -> Result<Arc<dyn Renderer>, ConfigError> {
+        Ok(Arc::new(*self))
     }
 
     fn plan(&self, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
-        scalar_only(layout)?;
         plan::plan(view, layout)
     }
 
     fn reference(&self, view: &View, voxels: &dyn Voxels, image: &mut Image) -> Result<(), RenderError> {
-        scalar_only(voxels.layout())?;
         mirror::draw(view, voxels, image)
     }
-}
-
-fn scalar_only(layout: &VolumeLayout) -> Result<(), RenderError> {
-    if layout.channels == 1 {
-        return Ok(());
-    }
-    Err(RenderError::Unsupported(format!(
-        "raycasting classifies scalar volumes; this one has {} channels",
-        layout.channels
-    )))
 }

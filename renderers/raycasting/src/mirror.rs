@@ -1,65 +1,36 @@
-//! The raycaster on the CPU: `raycasting.wgsl` and the modules that it calls, function by function.
+//! The raycaster on the CPU: `raycasting.wgsl`, function by function.
 
-use cvr_core::render::{Filter, Image, RayFrame, RenderError, View, Voxels};
-use glam::{IVec3, Vec3};
-use rayon::prelude::*;
+use cvr_core::render::mirror::{Mirror, Ray, opacity_over};
+use cvr_core::render::{Image, RenderError, View, Voxels};
 
-/// Opacities stay below this; see `opacity.wgsl`.
-const OPAQUE: f32 = 0.99999;
-/// Directions smaller than this count as this, lest a ray along an axis divide by zero.
-const TINY: f32 = 1e-9;
-
-/// Draws every pixel, rows in parallel.
+/// Draws every pixel.
 pub fn draw(view: &View, voxels: &dyn Voxels, image: &mut Image) -> Result<(), RenderError> {
-    assert_eq!(image.size(), view.size, "picture of another size than the view");
-    let rays = view.camera.rays(voxels.layout(), view.size);
-    let width = view.size[0] as usize;
-    image.pixels_mut().par_chunks_mut(width).enumerate().try_for_each(|(y, row)| {
-        row.iter_mut().zip(0..).try_for_each(|(pixel, x): (_, u32)| {
-            *pixel = cast_ray(view, &rays, voxels, [x, y as u32])?;
-            Ok(())
-        })
-    })
+    let mirror = Mirror::new(view, voxels)?;
+    mirror.draw(image, |pixel| cast_ray(&mirror, mirror.pixel_ray(pixel)))
 }
 
-/// Premultiplied colour and opacity along the ray of a pixel.
-fn cast_ray(
-    view: &View,
-    rays: &RayFrame,
-    voxels: &dyn Voxels,
-    [x, y]: [u32; 2],
-) -> Result<[f32; 4], RenderError> {
-    let [u, v] = rays.pixel(x, y, view.size);
-    let origin = rays.origin + rays.origin_right * u + rays.origin_up * v;
-    let direction = rays.direction + rays.direction_right * u + rays.direction_up * v;
-    // One unit of t is one voxel length in the world.
-    let direction = direction / (direction * rays.voxel_size).length();
-
-    let slope = Vec3::select(direction.abs().cmplt(Vec3::splat(TINY)), Vec3::splat(TINY), direction);
-    let extent = Vec3::from_array(voxels.layout().extent.to_array().map(|e| e as f32));
-    let (t0, t1) = ((Vec3::ZERO - origin) / slope, (extent - origin) / slope);
-    let (low, high) = (t0.min(t1), t0.max(t1));
-    let near = low.max_element().max(0.0);
-    let far = high.min_element();
-
+/// Premultiplied colour and opacity along a ray.
+fn cast_ray(mirror: &Mirror<'_>, ray: Ray) -> Result<[f32; 4], RenderError> {
+    let View { step_voxels: step, termination, .. } = *mirror.view();
+    let inside = mirror.crossing(&ray);
     // From where the ray enters: the smaller the numbers, the less the samples' places depend on rounding.
-    let entry = origin + direction * near;
-    let end = far - near;
+    let entry = Ray { origin: ray.origin + ray.direction * inside.near, ..ray };
+    let end = inside.far - inside.near;
 
     let mut result = [0.0_f32; 4];
-    let mut i = 0_u32;
+    let mut i = mirror.next_sample(0, &entry, end);
     // A sample stands for the piece of ray around it. The last piece is cut at the border, so that the picture
     // does not depend on how the division rounds.
-    while i as f32 * view.step_voxels < end {
-        let start = i as f32 * view.step_voxels;
-        let piece = view.step_voxels.min(end - start);
-        let value = sample(view.filter, voxels, entry + direction * (start + 0.5 * piece))?;
-        let [r, g, b, a] = view.transfer_function.classify(value);
+    while i as f32 * step < end {
+        let start = i as f32 * step;
+        let piece = step.min(end - start);
+        let [r, g, b, a] =
+            mirror.optical(entry.origin + entry.direction * (start + 0.5 * piece), entry.direction)?;
         if a > 0.0 {
             let weight = opacity_over(a, piece) * (1.0 - result[3]);
             // The last sample counts as far as the ray goes: whether it ends here or one sample later, which
             // rounding may decide, is then the same picture.
-            let rest = view.termination - result[3];
+            let rest = termination - result[3];
             for (sum, term) in result.iter_mut().zip([r, g, b, 1.0]) {
                 *sum += term * weight.min(rest);
             }
@@ -67,46 +38,18 @@ fn cast_ray(
                 break;
             }
         }
-        i += 1;
+        i = mirror.next_sample(i + 1, &entry, end);
     }
     Ok(result)
-}
-
-/// `volume_sample` of a scalar volume.
-fn sample(filter: Filter, voxels: &dyn Voxels, x: Vec3) -> Result<f32, RenderError> {
-    let last = IVec3::from_array(voxels.layout().extent.to_array().map(|e| e as i32 - 1));
-    let clamped = |p: IVec3| p.clamp(IVec3::ZERO, last).as_uvec3().to_array();
-    if filter == Filter::Nearest {
-        return Ok(voxels.fetch(clamped((x + Filter::NEAREST_TIE).floor().as_ivec3()))?[0]);
-    }
-    let base = (x - 0.5).floor();
-    let t = (x - 0.5) - base;
-    let p = base.as_ivec3();
-    let cell = voxels.fetch_cell(clamped(p), clamped(p + 1))?;
-    Ok(trilinear(cell.map(|corner| corner[0]), t))
-}
-
-/// Interpolates along x, then y, then z.
-fn trilinear(c: [f32; 8], t: Vec3) -> f32 {
-    let c00 = c[0] + (c[1] - c[0]) * t.x;
-    let c10 = c[2] + (c[3] - c[2]) * t.x;
-    let c01 = c[4] + (c[5] - c[4]) * t.x;
-    let c11 = c[6] + (c[7] - c[6]) * t.x;
-    let c0 = c00 + (c10 - c00) * t.y;
-    let c1 = c01 + (c11 - c01) * t.y;
-    c0 + (c1 - c0) * t.z
-}
-
-/// Opacity of a piece of ray `length` voxels long, from that of one voxel length.
-fn opacity_over(alpha: f32, length: f32) -> f32 {
-    1.0 - (1.0 - alpha.min(OPAQUE)).powf(length)
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
-    use cvr_core::render::{Camera, ControlPoint, DecodedFrame, Projection, Renderer, TransferFunction};
+    use cvr_core::render::{
+        Camera, ControlPoint, DecodedFrame, Filter, Projection, Renderer, TransferFunction,
+    };
     use cvr_core::volume::{Extent, SampleType, VolumeLayout};
 
     use super::*;
@@ -114,16 +57,8 @@ mod tests {
 
     fn view(alpha: f32) -> View {
         let point = |value, alpha| ControlPoint { value, rgba: [1.0, 0.5, 0.25, alpha] };
-        View {
-            size: [32, 32],
-            camera: Camera::default(),
-            transfer_function: Arc::new(
-                TransferFunction::new(vec![point(0.0, alpha), point(1.0, alpha)]).unwrap(),
-            ),
-            step_voxels: 0.5,
-            termination: 1.0,
-            filter: Filter::Linear,
-        }
+        let function = TransferFunction::new(vec![point(0.0, alpha), point(1.0, alpha)]).unwrap();
+        View { size: [32, 32], ..View::new(function) }
     }
 
     /// Transparent at 0, half opaque at 1.

@@ -16,14 +16,15 @@ use super::read::{Fields, unknown};
 use super::{Experiment, Scene, Volume};
 use crate::codec::Registry;
 use crate::diagnostic::Diagnostic;
+use crate::render::RendererInfo;
 
 /// The names that a configuration may use.
 #[derive(Copy, Clone, Debug)]
 pub struct Known<'a> {
     /// The codecs, with the schemas of their settings.
     pub codecs: &'a Registry,
-    /// Renderer ids.
-    pub renderers: &'a [&'a str],
+    /// The renderers, with the schemas of their settings.
+    pub renderers: &'a [&'static RendererInfo],
     /// Names of volume generators.
     pub generators: &'a [&'a str],
 }

@@ -10,7 +10,7 @@ use crate::render::Filter;
 
 pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<PipelineAxes, Diagnostic> {
     let fields = Fields::of("the pipeline", node, &["renderer", "site", "filter"])?;
-    let renderers: Vec<(&str, String)> = known.renderers.iter().map(|r| (*r, (*r).to_owned())).collect();
+    let renderers: Vec<(&str, String)> = known.renderers.iter().map(|r| (r.id, r.id.to_owned())).collect();
     let sites = Site::ALL.map(|site| (site.name(), site));
     let filters = Filter::ALL.map(|filter| (filter.name(), filter));
     Ok(PipelineAxes {

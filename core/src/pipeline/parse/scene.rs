@@ -57,6 +57,8 @@ pub(super) fn read(node: &Node) -> Result<Scene, Diagnostic> {
         step_voxels: step.unwrap_or(DEFAULT_STEP_VOXELS) as f32,
         early_termination: termination.unwrap_or(DEFAULT_EARLY_TERMINATION) as f32,
         background: fields.optional("background", background)?.unwrap_or([0.0; 3]),
+        shading: None,
+        clip: None,
         name,
     })
 }

@@ -16,6 +16,7 @@ use crate::codec::{
     Site,
 };
 use crate::container::EncodedVolume;
+use crate::render::RendererInfo;
 
 /// The configuration of the documentation, word for word.
 const EXAMPLE: &str = include_str!("../../../../docs/example.toml");
@@ -100,8 +101,21 @@ fn registry() -> Registry {
 }
 
 fn known(codecs: &Registry) -> Known<'_> {
-    Known { codecs, renderers: &["raycasting", "slicing"], generators: &["shepp-logan", "marschner-lobb"] }
+    Known { codecs, renderers: &[&RAYCASTING, &SLICING], generators: &["shepp-logan", "marschner-lobb"] }
 }
+
+const RAYCASTING: RendererInfo = RendererInfo { id: "raycasting", summary: "", settings: &[] };
+
+const SLICING: RendererInfo = RendererInfo {
+    id: "slicing",
+    summary: "",
+    settings: &[Setting {
+        name: "geometry",
+        doc: "where slices lie",
+        kind: SettingKind::Choice(&["planes", "axis", "shells"]),
+        default: "planes",
+    }],
+};
 
 /// Reads a configuration with overrides; the error is the text that a user would see.
 fn read(text: &str, overrides: &[&str]) -> Result<Experiment, String> {

@@ -112,7 +112,7 @@ fn one_codec_in_two_tables() {
 fn a_renderer_that_this_build_lacks() {
     let registry = registry();
     let experiment = read(EXAMPLE, &[]).unwrap();
-    let known = Known { renderers: &["slicing"], ..known(&registry) };
+    let known = Known { renderers: &[&SLICING], ..known(&registry) };
     let resolution = resolve(&experiment, &known, &Capabilities::default());
     assert_eq!(resolution.cells, []);
     assert_eq!(resolution.refused[0].reason.to_string(), "this build has no renderer raycasting");

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use cvr_core::codec::Decoder;
-use cvr_core::render::{ComputePass, Template};
+use cvr_core::render::{ComputePass, Input, Template};
 use cvr_core::volume::{FrameIndex, Level};
 
 use super::*;
@@ -32,11 +32,13 @@ fn plan(size: [u32; 2], z: f32) -> Plan {
     let pass = ComputePass {
         templates: vec![PAINT],
         entry: "paint",
-        bindings: &[BindingKind::View, BindingKind::TransferTable, BindingKind::Image],
-        view,
+        inputs: vec![
+            Input { kind: BindingKind::View, contents: view },
+            Input { kind: BindingKind::TransferTable, contents: bytemuck::cast_slice(&[TINT; 4]).to_vec() },
+        ],
         workgroups: [size[0].div_ceil(8), size[1].div_ceil(8), 1],
     };
-    Plan { size, passes: vec![Pass::Compute(pass)], transfer_table: vec![TINT; 4] }
+    Plan { size, passes: vec![Pass::Compute(pass)] }
 }
 
 fn inline(toy: &Toy) -> DrawSource<'_> {
@@ -140,7 +142,7 @@ fn refusals_say_why() {
 
     let mut blind = plan([4, 4], 0.5);
     let Pass::Compute(pass) = &mut blind.passes[0] else { panic!("a compute pass") };
-    pass.view.clear();
+    pass.inputs[0].contents.clear();
     assert!(matches!(refuse(&blind, &inline(&toy)), EngineError::Unsupported(_)));
 }
 
@@ -166,7 +168,7 @@ fn paint() { image[0] = vec4<f32>(volume_sample(vec3<f32>(view.size.xyx))) + tra
     // A uniform shorter than its struct shows only when it is drawn.
     let mut short = plan([4, 4], 0.5);
     let Pass::Compute(pass) = &mut short.passes[0] else { panic!("a compute pass") };
-    pass.view.truncate(16);
+    pass.inputs[0].contents.truncate(16);
     let drawing = Drawing::new(device, &short, &inline(&toy), Filter::Linear).unwrap();
     for _ in 0..2 {
         let error = drawing.draw_timed().unwrap_err();

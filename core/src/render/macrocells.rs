@@ -1,0 +1,125 @@
+//! Macrocells: boxes of voxels that a renderer skips where the transfer function shows nothing of them.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use super::TransferFunction;
+use crate::codec::{Agreement, DecodeError, Decoder};
+use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region, ValueRange};
+
+/// Lowest and highest *decoded* value of every macrocell of a frame at a level, its apron of one voxel included: what
+/// a sample inside can come to under any filter. For the codec's original values they would be others: a lossy codec
+/// shows what it decodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MacrocellRanges {
+    grid: Extent,
+    /// `None` where a value is not finite: nothing can be said of that cell.
+    ranges: Vec<Option<ValueRange>>,
+}
+
+/// Which macrocells show anything under a transfer function, one bit each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Macrocells {
+    grid: Extent,
+    words: Vec<u32>,
+}
+
+impl MacrocellRanges {
+    /// Decodes `frame` macrocell by macrocell, in parallel. Memory stays within that of the ranges and of the
+    /// decoder's own. `stop` ends it early, with `None`.
+    ///
+    /// # Errors
+    /// As [`Decoder::decode_brick`].
+    pub fn decode(
+        decoder: &dyn Decoder,
+        frame: FrameIndex,
+        level: Level,
+        stop: &AtomicBool,
+    ) -> Result<Option<Self>, DecodeError> {
+        let layout = decoder.layout();
+        let extent = layout.extent.at_resolution(level.resolution);
+        let grid = extent.blocks_of(Macrocells::SIZE);
+        // A shader may differ from the decoder by what the codec states.
+        let slack = match decoder.shader().map(|shader| shader.agreement()) {
+            Some(Agreement::Ulp(n)) => f64::from(n),
+            Some(Agreement::Exact) | None => 0.0,
+        };
+        let range_of = |cell: usize| {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            // Between voxel centres, and over its faces, a trilinear filter reads one voxel beyond the macrocell.
+            let region = Region::block(grid.position(cell), Macrocells::SIZE, extent).with_apron(1, extent);
+            let mut values = vec![0.0; region.extent.voxels() as usize * layout.channels as usize];
+            decoder.decode_brick(BrickKey { frame, region, level }, &NoReferences, &mut values)?;
+            Ok(range_of(&values).map(|range| widened(range, slack)))
+        };
+        let ranges: Result<Vec<_>, DecodeError> =
+            (0..grid.voxels() as usize).into_par_iter().map(range_of).collect();
+        let ranges = ranges?;
+        Ok((!stop.load(Ordering::Relaxed)).then_some(Self { grid, ranges }))
+    }
+
+    /// What a transfer function leaves of them.
+    #[must_use]
+    pub fn classify(&self, transfer_function: &TransferFunction) -> Macrocells {
+        let mut words = vec![0_u32; self.ranges.len().div_ceil(32)];
+        for (i, range) in self.ranges.iter().enumerate() {
+            if range.is_none_or(|range| !transfer_function.is_transparent(range)) {
+                words[i / 32] |= 1 << (i % 32);
+            }
+        }
+        Macrocells { grid: self.grid, words }
+    }
+}
+
+impl Macrocells {
+    /// Voxels along an edge. Mirror: `macrocell_edge` in `shaders/skipping/macrocells.wgsl`.
+    pub const EDGE: u32 = 8;
+    const SIZE: Extent = match Extent::cube(Self::EDGE) {
+        Ok(size) => size,
+        Err(_) => Extent::ONE,
+    };
+
+    /// Macrocells along x, y, z.
+    #[must_use]
+    pub const fn grid(&self) -> Extent {
+        self.grid
+    }
+
+    /// One bit per macrocell, x fastest, the lowest bit of a word first: whether it shows anything.
+    #[must_use]
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// Whether this macrocell shows anything.
+    #[must_use]
+    pub fn shows(&self, cell: [u32; 3]) -> bool {
+        let i = self.grid.index(cell);
+        self.words[i / 32] >> (i % 32) & 1 == 1
+    }
+
+    /// Share of macrocells that show nothing, `0.0..=1.0`.
+    #[must_use]
+    pub fn empty_share(&self) -> f64 {
+        let shown: u32 = self.words.iter().map(|word| word.count_ones()).sum();
+        1.0 - f64::from(shown) / self.grid.voxels() as f64
+    }
+}
+
+fn range_of(values: &[f32]) -> Option<ValueRange> {
+    values.iter().all(|v| v.is_finite()).then(|| {
+        let min = values.iter().copied().fold(f32::INFINITY, f32::min);
+        let max = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        ValueRange { min, max }
+    })
+}
+
+/// By the codec's slack, and by what interpolating between such values may round.
+fn widened(range: ValueRange, slack_ulps: f64) -> ValueRange {
+    const INTERPOLATION_ULPS: f64 = 16.0;
+    let by = (slack_ulps + INTERPOLATION_ULPS) * range.ulp();
+    ValueRange { min: (f64::from(range.min) - by) as f32, max: (f64::from(range.max) + by) as f32 }
+}

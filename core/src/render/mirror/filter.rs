@@ -1,0 +1,33 @@
+//! `shaders/filter`: values between voxel centres.
+
+use glam::{IVec3, Vec3};
+
+use super::Mirror;
+use crate::render::{Filter, RenderError};
+
+impl Mirror<'_> {
+    /// `volume_sample` of a scalar volume.
+    pub(super) fn volume_sample(&self, x: Vec3) -> Result<f32, RenderError> {
+        let last = IVec3::from_array(self.voxels.layout().extent.to_array().map(|e| e as i32 - 1));
+        let clamped = |p: IVec3| p.clamp(IVec3::ZERO, last).as_uvec3().to_array();
+        if self.view.filter == Filter::Nearest {
+            return Ok(self.voxels.fetch(clamped((x + Filter::NEAREST_TIE).floor().as_ivec3()))?[0]);
+        }
+        let base = (x - 0.5).floor();
+        let t = (x - 0.5) - base;
+        let p = base.as_ivec3();
+        let cell = self.voxels.fetch_cell(clamped(p), clamped(p + 1))?;
+        Ok(trilinear(cell.map(|corner| corner[0]), t))
+    }
+}
+
+/// Interpolates along x, then y, then z.
+fn trilinear(c: [f32; 8], t: Vec3) -> f32 {
+    let c00 = c[0] + (c[1] - c[0]) * t.x;
+    let c10 = c[2] + (c[3] - c[2]) * t.x;
+    let c01 = c[4] + (c[5] - c[4]) * t.x;
+    let c11 = c[6] + (c[7] - c[6]) * t.x;
+    let c0 = c00 + (c10 - c00) * t.y;
+    let c1 = c01 + (c11 - c01) * t.y;
+    c0 + (c1 - c0) * t.z
+}

@@ -1,0 +1,108 @@
+//! The shader modules that renderers share, on the CPU: same functions, same names, same order of arithmetic, in
+//! single precision. The mirrors of the renderers are built on it; together they define the golden images.
+
+mod filter;
+mod rays;
+mod shading;
+mod skipping;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+pub use rays::{Crossing, Ray};
+
+use super::modules::scalar_only;
+use super::uniforms::LightingUniform;
+use super::{Image, RayFrame, RenderError, View, Voxels};
+
+/// A view of a volume, as its shader would see it.
+pub struct Mirror<'a> {
+    view: &'a View,
+    voxels: &'a dyn Voxels,
+    rays: RayFrame,
+    bounds: [Vec3; 2],
+    lighting: Option<LightingUniform>,
+}
+
+impl std::fmt::Debug for Mirror<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Mirror").field("view", self.view).finish_non_exhaustive()
+    }
+}
+
+impl<'a> Mirror<'a> {
+    /// Prepares what is the same for all pixels.
+    ///
+    /// # Errors
+    /// When no module classifies such a volume.
+    pub fn new(view: &'a View, voxels: &'a dyn Voxels) -> Result<Self, RenderError> {
+        scalar_only(voxels.layout())?;
+        let rays = view.camera.rays(voxels.layout(), view.size);
+        let lighting = view.shading.as_ref().map(|shading| LightingUniform::new(view, shading, &rays));
+        Ok(Self { view, voxels, rays, bounds: view.bounds(voxels.layout().extent), lighting })
+    }
+
+    /// The view.
+    #[must_use]
+    pub const fn view(&self) -> &'a View {
+        self.view
+    }
+
+    /// The rays of the picture.
+    #[must_use]
+    pub const fn rays(&self) -> &RayFrame {
+        &self.rays
+    }
+
+    /// Fills an image, rows in parallel: `colour` yields the premultiplied RGBA of a pixel.
+    ///
+    /// # Errors
+    /// The first that `colour` meets.
+    ///
+    /// # Panics
+    /// When `image` has another size than the view.
+    pub fn draw(
+        &self,
+        image: &mut Image,
+        colour: impl Fn([u32; 2]) -> Result<[f32; 4], RenderError> + Sync,
+    ) -> Result<(), RenderError> {
+        assert_eq!(image.size(), self.view.size, "picture of another size than the view");
+        let width = self.view.size[0] as usize;
+        image.pixels_mut().par_chunks_mut(width).enumerate().try_for_each(|(y, row)| {
+            row.iter_mut().zip(0..).try_for_each(|(pixel, x): (_, u32)| {
+                *pixel = colour([x, y as u32])?;
+                Ok(())
+            })
+        })
+    }
+
+    /// Colour and opacity per voxel length at a point, seen along a ray: `optical` of `shaders/optics`.
+    ///
+    /// # Errors
+    /// When a voxel cannot be read.
+    pub fn optical(&self, x: Vec3, direction: Vec3) -> Result<[f32; 4], RenderError> {
+        let colour = self.view.transfer_function.classify(self.volume_sample(x)?);
+        match &self.lighting {
+            Some(lighting) if colour[3] > 0.0 => {
+                let [r, g, b, a] = colour;
+                let towards_viewer = -direction * self.rays.voxel_size;
+                let lit =
+                    shading::blinn_phong(lighting, Vec3::new(r, g, b), self.gradient(x)?, towards_viewer);
+                Ok([lit.x, lit.y, lit.z, a])
+            }
+            _ => Ok(colour),
+        }
+    }
+}
+
+/// Opacity of a piece of ray `length` voxels long, from that of one voxel length: `shaders/classify/opacity.wgsl`.
+#[must_use]
+pub fn opacity_over(alpha: f32, length: f32) -> f32 {
+    1.0 - transparency(alpha).powf(length)
+}
+
+/// 1 − α of one voxel length; α stays below 1, or the power of zero would hide every later change.
+#[must_use]
+pub fn transparency(alpha: f32) -> f32 {
+    1.0 - alpha.min(0.99999)
+}

@@ -1,0 +1,45 @@
+//! `shaders/skipping`: which samples may be left out.
+
+use glam::Vec3;
+
+use super::{Mirror, Ray};
+use crate::render::Macrocells;
+
+impl Mirror<'_> {
+    /// Whether a point may show anything, by its macrocell; always, where nothing is skipped.
+    #[must_use]
+    pub fn may_show(&self, x: Vec3) -> bool {
+        let Some(macrocells) = &self.view.macrocells else { return true };
+        macrocells.shows(macrocell_at(macrocells, x).as_uvec3().to_array())
+    }
+
+    /// The first sample from number `first` on that may show anything, of those that lie one step apart on the piece of
+    /// ray from `entry` to `end`: `next_sample` of the shaders.
+    #[must_use]
+    pub fn next_sample(&self, first: u32, entry: &Ray, end: f32) -> u32 {
+        let Some(macrocells) = &self.view.macrocells else { return first };
+        let step = self.view.step_voxels;
+        let mut i = first;
+        loop {
+            let start = i as f32 * step;
+            if start >= end {
+                return i;
+            }
+            let x = entry.origin + entry.direction * (start + 0.5 * step.min(end - start));
+            if self.may_show(x) {
+                return i;
+            }
+            let forward = Vec3::select(entry.direction.cmpgt(Vec3::ZERO), Vec3::ONE, Vec3::ZERO);
+            let face = (macrocell_at(macrocells, x) + forward) * Macrocells::EDGE as f32;
+            let along = entry.direction.abs().cmplt(Vec3::splat(1e-6));
+            let away = Vec3::select(along, Vec3::splat(1e6), (face - x) / entry.direction);
+            i += 1 + (away.min_element().max(0.0) / step) as u32;
+        }
+    }
+}
+
+/// The macrocell that holds a point; one beyond the volume by rounding counts as inside.
+fn macrocell_at(macrocells: &Macrocells, x: Vec3) -> Vec3 {
+    let last = Vec3::from_array(macrocells.grid().to_array().map(|n| n as f32 - 1.0));
+    (x / Macrocells::EDGE as f32).floor().clamp(Vec3::ZERO, last)
+}

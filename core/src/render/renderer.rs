@@ -1,0 +1,133 @@
+//! What a renderer is, and how its settings name it.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use super::{Image, Plan, View, Voxels};
+use crate::codec::{ConfigError, Setting, SettingValue, Settings};
+use crate::volume::VolumeLayout;
+
+/// Why a renderer cannot draw a view.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RenderError {
+    /// This renderer does not offer what the view asks for.
+    #[error("{0}")]
+    Unsupported(String),
+    /// The mirror could not read a voxel.
+    #[error("reading voxels failed: {0}")]
+    Voxels(String),
+}
+
+/// What a renderer says of itself.
+#[derive(Copy, Clone, Debug)]
+pub struct RendererInfo {
+    /// Name in TOML and records.
+    pub id: &'static str,
+    /// One line for lists.
+    pub summary: &'static str,
+    /// Its settings: keys of `[pipeline]` beside those that every renderer has.
+    pub settings: &'static [Setting],
+}
+
+impl RendererInfo {
+    /// The name of this renderer with these settings, in records and on command lines: the id, and what differs from
+    /// the defaults (`slicing,geometry=axis`). Equal settings have equal labels.
+    ///
+    /// # Errors
+    /// When it has no such setting, or not this value.
+    pub fn label(&self, settings: &Settings) -> Result<String, ConfigError> {
+        let complete = self.complete(settings)?;
+        let defaults = self.complete(&Settings::default())?;
+        let changed = complete.iter().filter(|(name, value)| defaults.get(name) != Some(value));
+        Ok(changed.fold(self.id.to_owned(), |label, (name, value)| format!("{label},{name}={value}")))
+    }
+
+    /// The settings that a label holds, complete; `None` when the label is that of another renderer.
+    ///
+    /// # Errors
+    /// As [`RendererInfo::label`].
+    pub fn parse(&self, label: &str) -> Option<Result<Settings, ConfigError>> {
+        let mut parts = label.split(',');
+        if parts.next() != Some(self.id) {
+            return None;
+        }
+        // A word without a value is an unknown setting, which the schema then says.
+        let pairs = parts.map(|part| part.split_once('=').unwrap_or((part, "")));
+        let written: Settings =
+            pairs.map(|(name, value)| (name.to_owned(), SettingValue::from(value))).collect();
+        Some(self.complete(&written))
+    }
+
+    fn complete(&self, settings: &Settings) -> Result<Settings, ConfigError> {
+        settings.complete_by(&format!("renderer `{}`", self.id), self.settings)
+    }
+}
+
+/// Walks a volume and makes a picture of it. Pure: describes passes, touches no device.
+pub trait Renderer: Send + Sync + Debug {
+    /// Its name and settings.
+    fn info(&self) -> &'static RendererInfo;
+
+    /// The same renderer with other settings, which are complete.
+    ///
+    /// # Errors
+    /// When settings exclude each other.
+    fn with(&self, settings: &Settings) -> Result<Arc<dyn Renderer>, ConfigError>;
+
+    /// The passes that draw `view` of a volume of this shape.
+    ///
+    /// # Errors
+    /// When the renderer does not offer what the view asks for.
+    fn plan(&self, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError>;
+
+    /// The CPU mirror: the same picture by the same arithmetic in Rust. It defines the golden image. On a
+    /// [`super::Filter`] it acts as the manual filters of the shaders do.
+    ///
+    /// # Errors
+    /// As [`Renderer::plan`], and when `voxels` fails.
+    ///
+    /// # Panics
+    /// When `image` has another size than the view.
+    fn reference(&self, view: &View, voxels: &dyn Voxels, image: &mut Image) -> Result<(), RenderError>;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::SettingKind;
+
+    const INFO: RendererInfo = RendererInfo {
+        id: "slicing",
+        summary: "",
+        settings: &[
+            Setting {
+                name: "geometry",
+                doc: "",
+                kind: SettingKind::Choice(&["planes", "axis"]),
+                default: "planes",
+            },
+            Setting { name: "layers", doc: "", kind: SettingKind::Integer { min: 1, max: 9 }, default: "1" },
+        ],
+    };
+
+    #[test]
+    fn a_label_names_what_differs_and_reads_back() {
+        let label = |text| {
+            let settings = INFO.parse(text).unwrap().unwrap();
+            INFO.label(&settings).unwrap()
+        };
+        assert_eq!(label("slicing"), "slicing");
+        assert_eq!(label("slicing,layers=1,geometry=planes"), "slicing");
+        assert_eq!(label("slicing,layers=3,geometry=axis"), "slicing,geometry=axis,layers=3");
+        assert!(INFO.parse("raycasting").is_none());
+        let problem = |text| INFO.parse(text).unwrap().unwrap_err().to_string();
+        assert_eq!(
+            problem("slicing,step=3"),
+            "renderer `slicing` has no setting `step`; it has: geometry, layers"
+        );
+        assert_eq!(
+            problem("slicing,layers=12"),
+            "`layers = 12` of renderer `slicing`: expected an integer from 1 to 9"
+        );
+    }
+}

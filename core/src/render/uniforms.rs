@@ -1,0 +1,94 @@
+//! The uniforms that shaders of every renderer share, field by field as the templates declare them.
+
+use encase::internal::WriteInto;
+use encase::{ShaderSize, ShaderType, UniformBuffer};
+use glam::{UVec2, Vec3};
+
+use super::{Projection, RayFrame, RenderError, Shading, View};
+
+/// `View` of `shaders/view/view.wgsl`.
+#[derive(Clone, Debug, PartialEq, ShaderType)]
+pub(super) struct ViewUniform {
+    origin: Vec3,
+    step: f32,
+    direction: Vec3,
+    termination: f32,
+    right: Vec3,
+    pixel: f32,
+    up: Vec3,
+    transfer_offset: f32,
+    voxel_size: Vec3,
+    transfer_scale: f32,
+    size: UVec2,
+}
+
+impl ViewUniform {
+    pub(super) fn new(view: &View, rays: &RayFrame) -> Self {
+        let (right, up) = match view.camera.projection {
+            Projection::Perspective => (rays.direction_right, rays.direction_up),
+            Projection::Orthographic => (rays.origin_right, rays.origin_up),
+        };
+        Self {
+            origin: rays.origin,
+            step: view.step_voxels,
+            direction: rays.direction,
+            termination: view.termination,
+            right,
+            pixel: rays.pixel,
+            up,
+            transfer_offset: view.transfer_function.domain().min,
+            voxel_size: rays.voxel_size,
+            transfer_scale: view.transfer_function.scale(),
+            size: UVec2::from_array(view.size),
+        }
+    }
+}
+
+/// `Lighting` of `shaders/optics/lit.wgsl`; the mirror computes with the same numbers.
+#[derive(Copy, Clone, Debug, PartialEq, ShaderType)]
+pub(super) struct LightingUniform {
+    /// Towards the light in the world, of unit length.
+    pub(super) towards_light: Vec3,
+    pub(super) ambient: f32,
+    pub(super) diffuse: f32,
+    pub(super) specular: f32,
+    pub(super) shininess: f32,
+    /// Gradients well below this count as none, in data units per voxel length.
+    pub(super) flat: f32,
+}
+
+impl LightingUniform {
+    pub(super) fn new(view: &View, shading: &Shading, rays: &RayFrame) -> Self {
+        Self {
+            towards_light: shading.towards_light(rays),
+            ambient: shading.ambient,
+            diffuse: shading.diffuse,
+            specular: shading.specular,
+            shininess: shading.shininess,
+            flat: (view.transfer_function.domain().span() * f64::from(Shading::FLAT)) as f32,
+        }
+    }
+}
+
+/// `Clip` of `shaders/bounds/clip.wgsl`, in voxel coordinates.
+#[derive(Copy, Clone, Debug, PartialEq, ShaderType)]
+pub(super) struct ClipUniform {
+    low: Vec3,
+    high: Vec3,
+}
+
+impl ClipUniform {
+    pub(super) const fn new([low, high]: [Vec3; 2]) -> Self {
+        Self { low, high }
+    }
+}
+
+/// The bytes of a uniform, in WGSL's layout.
+///
+/// # Errors
+/// When the layout cannot hold them.
+pub fn uniform_bytes<T: ShaderType + ShaderSize + WriteInto>(value: &T) -> Result<Vec<u8>, RenderError> {
+    let mut bytes = UniformBuffer::new(Vec::new());
+    bytes.write(value).map_err(|e| RenderError::Unsupported(e.to_string()))?;
+    Ok(bytes.into_inner())
+}

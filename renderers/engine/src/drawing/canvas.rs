@@ -1,0 +1,125 @@
+//! What a picture is drawn into, and how it comes back.
+
+use cvr_core::render::{Blending, Image};
+use half::f16;
+
+use crate::{Device, EngineError};
+
+/// What a picture is drawn into.
+#[derive(Debug)]
+pub(super) enum Canvas {
+    /// Premultiplied RGBA in rows, written by compute passes.
+    Buffer(wgpu::Buffer),
+    /// A render target, for passes that blend.
+    Target(wgpu::Texture),
+}
+
+/// Rows of a copy between texture and buffer.
+const ROW_BYTES: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+
+impl Canvas {
+    /// A transparent picture that compute passes write.
+    pub(super) fn buffer(device: &Device, size: [u32; 2]) -> Result<Self, EngineError> {
+        let bytes = bytes_of(size, size_of::<[f32; 4]>() as u64)?;
+        let limit = device.capabilities().storage_bytes();
+        if bytes > limit {
+            return Err(too_large(size, bytes, limit, "bytes in one buffer"));
+        }
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        device.guarded("making a picture", || device.empty_buffer("image", usage, bytes)).map(Self::Buffer)
+    }
+
+    /// A transparent picture that passes blend into.
+    pub(super) fn target(
+        device: &Device,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+    ) -> Result<Self, EngineError> {
+        bytes_of(size, 1)?;
+        let longest = size[0].max(size[1]);
+        let limit = device.capabilities().picture_edge_pixels;
+        if longest > limit {
+            return Err(too_large(size, u64::from(longest), u64::from(limit), "pixels along one side"));
+        }
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let texture = device.guarded("making a picture", || {
+            Ok(device.wgpu().create_texture(&wgpu::TextureDescriptor {
+                label: Some("image"),
+                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            }))
+        })?;
+        Ok(Self::Target(texture))
+    }
+
+    /// Precision of blended sums; `None` where nothing is blended.
+    pub(super) fn blending(&self) -> Option<Blending> {
+        match self {
+            Self::Buffer(_) => None,
+            Self::Target(texture) if texture.format() == wgpu::TextureFormat::Rgba16Float => {
+                Some(Blending::Float16)
+            }
+            Self::Target(_) => Some(Blending::Float32),
+        }
+    }
+
+    /// The picture as it is now.
+    pub(super) fn read(&self, device: &Device, size: [u32; 2]) -> Result<Image, EngineError> {
+        let pixels = match self {
+            Self::Buffer(buffer) => device.read_buffer(buffer, buffer.size())?,
+            Self::Target(texture) => read_texture(device, texture)?,
+        };
+        Image::from_pixels(size, pixels)
+            .ok_or_else(|| EngineError::Gpu("the picture came back in another size".to_owned()))
+    }
+}
+
+fn read_texture(device: &Device, texture: &wgpu::Texture) -> Result<Vec<[f32; 4]>, EngineError> {
+    let half = texture.format() == wgpu::TextureFormat::Rgba16Float;
+    let texel_bytes = if half { 8 } else { 16 };
+    let size = texture.size();
+    let row_bytes = (size.width * texel_bytes).next_multiple_of(ROW_BYTES);
+    let bytes: Vec<u8> = device.guarded("reading a picture back", || {
+        let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+        let staging =
+            device.empty_buffer("read-back", usage, u64::from(row_bytes) * u64::from(size.height))?;
+        let mut encoder = device.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+        let target = wgpu::TexelCopyBufferInfo { buffer: &staging, layout };
+        encoder.copy_texture_to_buffer(texture.as_image_copy(), target, size);
+        device.queue().submit([encoder.finish()]);
+        device.map_and_read(&staging)
+    })?;
+    let rows = bytes.chunks_exact(row_bytes as usize);
+    let texels =
+        rows.flat_map(|row| row[..(size.width * texel_bytes) as usize].chunks_exact(texel_bytes as usize));
+    Ok(if half {
+        texels.map(|texel| bytemuck::pod_read_unaligned::<[f16; 4]>(texel).map(f16::to_f32)).collect()
+    } else {
+        texels.map(bytemuck::pod_read_unaligned).collect()
+    })
+}
+
+/// Bytes of a picture; the product of two sides fits, that with the bytes of a pixel may not.
+fn bytes_of(size: [u32; 2], pixel_bytes: u64) -> Result<u64, EngineError> {
+    let bytes = (u64::from(size[0]) * u64::from(size[1])).saturating_mul(pixel_bytes);
+    if bytes == 0 {
+        return Err(EngineError::Unsupported(format!("a picture of {}×{} pixels", size[0], size[1])));
+    }
+    Ok(bytes)
+}
+
+fn too_large(size: [u32; 2], requested: u64, limit: u64, unit: &'static str) -> EngineError {
+    EngineError::TooLarge {
+        what: format!("a picture of {}×{} pixels", size[0], size[1]),
+        requested,
+        limit,
+        unit,
+    }
+}

@@ -1,0 +1,41 @@
+// A stack of slices, blended back to front. A slice stands for the slab around it, and a fragment for the piece of its
+// ray within slab and box, sampled in the middle: so nothing jumps where a slice leaves the volume or the view turns.
+// The proxy polygons only cover where a slab is seen; what a fragment shows is decided here.
+// Mirror: renderers/slicing/src/mirror.rs.
+
+struct Slabs {
+    // Distance across the slabs is dot(normal, x) for x in voxel coordinates, in voxel lengths.
+    normal: vec3<f32>,
+    // Where slab 0 begins.
+    first: f32,
+}
+
+struct Proxy {
+    @builtin(position) position: vec4<f32>,
+    @location(0) @interpolate(flat) slice: u32,
+}
+
+@vertex
+fn proxy(@location(0) position: vec2<f32>, @location(1) slice: u32) -> Proxy {
+    return Proxy(vec4<f32>(position, 0.0, 1.0), slice);
+}
+
+@fragment
+fn slice(proxy: Proxy) -> @location(0) vec4<f32> {
+    let ray = pixel_ray(vec2<u32>(proxy.position.xy));
+    let inside = crossing(ray);
+    let entry = Ray(ray.origin + ray.direction * inside.near, ray.direction);
+    let slab = slab_crossing(entry, inside.near, proxy.slice);
+    let near = max(slab.near, 0.0);
+    let piece = min(slab.far, inside.far - inside.near) - near;
+    if piece <= 0.0 {
+        discard;
+    }
+    let x = entry.origin + entry.direction * (near + 0.5 * piece);
+    if !may_show(x) {
+        discard;
+    }
+    let sample = optical(x, entry.direction);
+    let opacity = slice_opacity(sample.a, piece);
+    return vec4<f32>(sample.rgb * opacity, opacity);
+}
