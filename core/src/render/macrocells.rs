@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::TransferFunction;
-use crate::codec::{Agreement, DecodeError, Decoder};
+use crate::codec::{Agreement, DecodeError, Decoder, ShaderDecode};
 use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region, ValueRange};
 
 /// Lowest and highest *decoded* value of every macrocell of a frame at a level, its apron of one voxel included: what
@@ -41,7 +41,7 @@ impl MacrocellRanges {
         let extent = layout.extent.at_resolution(level.resolution);
         let grid = extent.blocks_of(Macrocells::SIZE);
         // A shader may differ from the decoder by what the codec states.
-        let slack = match decoder.shader().map(|shader| shader.agreement()) {
+        let slack = match decoder.shader().map(ShaderDecode::agreement) {
             Some(Agreement::Ulp(n)) => f64::from(n),
             Some(Agreement::Exact) | None => 0.0,
         };
