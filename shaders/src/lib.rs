@@ -7,7 +7,8 @@
 //! raycasting/raycasting.wgsl  → pixel_ray, crossing, next_sample, optical, opacity_over
 //! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, may_show, optical, slice_opacity
 //! view/view.wgsl              → camera_ray, bounds_low, bounds_high
-//! optics/*.wgsl               → volume_sample, classify
+//! optics/*.wgsl               → volume_sample, classify, height
+//! classify/*.wgsl             → transfer, height
 //! skipping/next_sample.wgsl   → may_show
 //! filter/*.wgsl               → voxel_fetch, voxel_cell
 //! deferred/decode.wgsl        → voxel_fetch, voxel_channel, texel_of
@@ -64,8 +65,20 @@ templates! {
     CAMERA_PERSPECTIVE = "camera/perspective.wgsl";
     /// Parallel rays.
     CAMERA_ORTHOGRAPHIC = "camera/orthographic.wgsl";
-    /// Transfer function of scalar volumes.
+    /// The transfer function.
+    TRANSFER = "classify/transfer.wgsl";
+    /// Classification of scalars.
     CLASSIFY_SCALAR = "classify/scalar.wgsl";
+    /// What a scalar's surfaces follow.
+    HEIGHT_SCALAR = "classify/height_scalar.wgsl";
+    /// What a colour's opacity and surfaces follow.
+    HEIGHT_COLOUR = "classify/height_colour.wgsl";
+    /// The light of a colour.
+    COLOUR = "classify/colour.wgsl";
+    /// Classification of colours by a transfer function.
+    CLASSIFY_COLOUR_TRANSFER = "classify/colour_transfer.wgsl";
+    /// Classification of colours by a table over all of them.
+    CLASSIFY_COLOUR_TABLE = "classify/colour_table.wgsl";
     /// Opacity of a length of ray.
     OPACITY = "classify/opacity.wgsl";
     /// Samples that show the transfer function's colours.

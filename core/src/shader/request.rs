@@ -101,6 +101,10 @@ pub enum BindingKind {
     Clip,
     /// Uniform `lighting`: the struct `Lighting` of lit samples.
     Lighting,
+    /// Uniform `colour`: the struct `Colour` of colour volumes.
+    Colour,
+    /// Read-only storage `opacity_table: array<f32>`.
+    OpacityTable,
     /// Uniform `slabs`: the struct `Slabs` of a stack of slices.
     Slabs,
     /// Read-only storage `macrocells: array<u32>`.
@@ -137,7 +141,7 @@ impl BindingKind {
     /// Whether it is a uniform.
     #[must_use]
     pub const fn is_uniform(&self) -> bool {
-        matches!(self, Self::View | Self::Clip | Self::Lighting | Self::Slabs | Self::Slab)
+        matches!(self, Self::View | Self::Clip | Self::Lighting | Self::Colour | Self::Slabs | Self::Slab)
     }
 }
 

@@ -111,6 +111,8 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
             BindingKind::Clip => "var<uniform> clip: Clip;",
             BindingKind::Lighting => "var<uniform> lighting: Lighting;",
             BindingKind::Slabs => "var<uniform> slabs: Slabs;",
+            BindingKind::Colour => "var<uniform> colour: Colour;",
+            BindingKind::OpacityTable => "var<storage, read> opacity_table: array<f32>;",
             BindingKind::Macrocells => "var<storage, read> macrocells: array<u32>;",
             BindingKind::TransferTable => "var<storage, read> transfer_table: array<vec4<f32>>;",
             BindingKind::Image => "var<storage, read_write> image: array<vec4<f32>>;",

@@ -170,6 +170,8 @@ fn resident(
         | BindingKind::Clip
         | BindingKind::Lighting
         | BindingKind::Slabs
+        | BindingKind::Colour
+        | BindingKind::OpacityTable
         | BindingKind::TransferTable
         | BindingKind::Macrocells => {
             let input = supplies.inputs.iter().find(|input| input.kind == binding.kind);
@@ -225,14 +227,7 @@ fn part_of(all: &[u32], first: u64, words: u64) -> Option<&[u32]> {
 fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let ty = match binding.kind {
-        BindingKind::View
-        | BindingKind::Clip
-        | BindingKind::Lighting
-        | BindingKind::Slabs
-        | BindingKind::Slab => buffer(wgpu::BufferBindingType::Uniform),
-        BindingKind::TransferTable | BindingKind::Macrocells | BindingKind::Words { .. } => {
-            buffer(wgpu::BufferBindingType::Storage { read_only: true })
-        }
+        ref kind if kind.is_uniform() => buffer(wgpu::BufferBindingType::Uniform),
         BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
             buffer(wgpu::BufferBindingType::Storage { read_only: false })
         }
@@ -242,6 +237,7 @@ fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::Bind
             multisampled: false,
         },
         BindingKind::VolumeSampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        _ => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
     };
     wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }
 }

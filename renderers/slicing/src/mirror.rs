@@ -13,7 +13,7 @@ pub fn draw(
     voxels: &dyn Voxels,
     image: &mut Image,
 ) -> Result<(), RenderError> {
-    let mirror = Mirror::new(view, voxels)?;
+    let mirror = Mirror::new(view, voxels);
     let slabs = Slabs::new(slicing.geometry, view, voxels.layout(), mirror.rays())?;
     mirror.draw(image, |pixel| {
         let ray = mirror.pixel_ray(pixel);

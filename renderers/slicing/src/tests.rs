@@ -64,7 +64,7 @@ fn opacity_is_that_of_the_length_at_any_step_and_angle() {
             let camera = camera(azimuth, 20.0, projection);
             let view = View { size: [24, 24], step_voxels, camera, ..View::new(ramp(0.05)) };
             let image = draw(&slicing(geometry), &view, &voxels);
-            let mirror = Mirror::new(&view, &voxels).unwrap();
+            let mirror = Mirror::new(&view, &voxels);
             for (i, pixel) in image.pixels().iter().enumerate() {
                 let inside = mirror.crossing(&mirror.pixel_ray([i as u32 % 24, i as u32 / 24]));
                 let length = (inside.far - inside.near).max(0.0);
@@ -192,7 +192,7 @@ fn the_interpolated_correction_is_near_the_exact_one_and_never_beyond_opaque() {
 
 /// Fragments that show something and lie in no triangle of their slice, out of how many.
 fn uncovered(geometry: Geometry, view: &View, voxels: &DecodedFrame, shrink: f32) -> (usize, usize) {
-    let mirror = Mirror::new(view, voxels).unwrap();
+    let mirror = Mirror::new(view, voxels);
     let layout = cvr_core::render::Voxels::layout(voxels);
     let slabs = Slabs::new(geometry, view, layout, mirror.rays()).unwrap();
     let triangles: Vec<_> = proxies(&slabs, view, layout, mirror.rays())
