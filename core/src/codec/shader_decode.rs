@@ -107,6 +107,13 @@ pub trait VoxelDump {
         frame: FrameIndex,
         use_cell: bool,
     ) -> Result<Vec<f32>, String>;
+
+    /// All decoded samples of `frame`, in the same order, as the site *deferred* decodes them: by the codec's own
+    /// passes if it brings any, and through the texel of [`Decoder::decoded_form`].
+    ///
+    /// # Errors
+    /// As [`VoxelDump::dump`].
+    fn dump_frame(&self, codec: &str, decoder: &dyn Decoder, frame: FrameIndex) -> Result<Vec<f32>, String>;
 }
 
 /// Format of one texel.

@@ -20,11 +20,14 @@ pub(crate) struct Supplies<'a> {
     pub(crate) output: Option<&'a wgpu::Buffer>,
     /// The codec's buffers.
     pub(crate) buffers: &'a [Resource<'a>],
+    /// Scratch buffers of the codec's passes.
+    pub(crate) scratch: Option<&'a Parts>,
     /// The decoded volume.
     pub(crate) texture: Option<&'a VolumeTexture>,
 }
 
-/// Parts of the codec's buffers that lie on the device: `(resource, first word)` → buffer. Passes share them.
+/// Parts of the codec's buffers, or of its scratch buffers, on the device: `(buffer, first word)` → part. Passes share
+/// them.
 pub(crate) type Parts = BTreeMap<(usize, u64), wgpu::Buffer>;
 
 /// A pipeline and what is bound to it.
@@ -173,6 +176,10 @@ fn resident(
             parts.insert((*resource, *first), buffer.clone());
             Resident::Buffer(buffer)
         }
+        BindingKind::Scratch { buffer, first, .. } => {
+            let part = supplies.scratch.and_then(|parts| parts.get(&(*buffer, *first)));
+            Resident::Buffer(part.ok_or_else(|| missing("a scratch buffer"))?.clone())
+        }
         BindingKind::VolumeTexture { .. } => {
             Resident::Texture(supplies.texture.ok_or_else(|| missing("a texture"))?.view().clone())
         }
@@ -203,6 +210,9 @@ fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
         BindingKind::View | BindingKind::Slab => buffer(wgpu::BufferBindingType::Uniform),
         BindingKind::TransferTable | BindingKind::Words { .. } => {
             buffer(wgpu::BufferBindingType::Storage { read_only: true })
+        }
+        BindingKind::Scratch { written, .. } => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: !written })
         }
         BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
             buffer(wgpu::BufferBindingType::Storage { read_only: false })

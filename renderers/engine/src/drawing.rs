@@ -48,7 +48,7 @@ impl Drawing {
             let Pass::Compute(pass) = pass else {
                 return Err(EngineError::Unsupported("this engine runs compute passes only".to_owned()));
             };
-            check_workgroups(device, pass.workgroups)?;
+            check_workgroups(device, "a pass", pass.workgroups)?;
             let shader = generate(&Request {
                 templates: &pass.templates,
                 entry: pass.entry,
@@ -67,7 +67,7 @@ impl Drawing {
                 output: Some(&image),
                 buffers: &voxels.buffers,
                 texture: voxels.texture,
-                slab: None,
+                ..Supplies::default()
             };
             passes.push((Bound::new(device, &shader, &supplies, &mut parts)?, pass.workgroups));
             texts.push(shader.wgsl);
@@ -159,11 +159,11 @@ fn new_image(device: &Device, size: [u32; 2]) -> Result<wgpu::Buffer, EngineErro
     device.guarded("making a picture", || device.empty_buffer("image", usage, bytes))
 }
 
-fn check_workgroups(device: &Device, workgroups: [u32; 3]) -> Result<(), EngineError> {
+pub(crate) fn check_workgroups(device: &Device, what: &str, workgroups: [u32; 3]) -> Result<(), EngineError> {
     let most = workgroups.into_iter().max().unwrap_or(0);
     let limit = device.capabilities().workgroups_per_axis;
     if most > limit {
-        let (what, requested, limit) = ("a pass".to_owned(), u64::from(most), u64::from(limit));
+        let (what, requested, limit) = (what.to_owned(), u64::from(most), u64::from(limit));
         return Err(EngineError::TooLarge { what, requested, limit, unit: "workgroups along one axis" });
     }
     Ok(())

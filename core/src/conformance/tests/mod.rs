@@ -119,6 +119,10 @@ impl VoxelDump for Dump {
         }
         Ok(values)
     }
+
+    fn dump_frame(&self, codec: &str, decoder: &dyn Decoder, frame: FrameIndex) -> Result<Vec<f32>, String> {
+        self.dump(codec, decoder, frame, false)
+    }
 }
 
 #[test]
