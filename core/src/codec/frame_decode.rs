@@ -66,7 +66,8 @@ pub struct FramePass<'a> {
 /// `<id>_set_<name>(i: u32, word: u32)`.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct ScratchUse {
-    /// Name in the module, without the codec's prefix.
+    /// Name in the module, without the codec's prefix. A snippet's `frame`, `resolution` and `stages` are at hand in a
+    /// pass too, and so are taken.
     pub name: &'static str,
     /// [`Scratch::name`].
     pub buffer: &'static str,

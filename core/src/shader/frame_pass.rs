@@ -157,9 +157,10 @@ fn provided(
     let all: Vec<_> = constants.chain(resources).chain(reads).chain(writes).chain(level).collect();
     let mut names = BTreeSet::new();
     if let Some((name, _)) = all.iter().find(|(name, _)| !names.insert(name)) {
-        let problem =
-            format!("{owner}: two of its constants, resources and buffers are called `{codec}_{name}`");
-        return Err(ShaderError(problem));
+        return Err(ShaderError(format!(
+            "{owner}: two of its constants, resources and buffers are called `{codec}_{name}` ({} are taken)",
+            LEVEL.map(|name| format!("`{name}`")).join(", ")
+        )));
     }
     let mut buffers = BTreeSet::new();
     if let Some(twice) = pass.scratch.iter().find(|used| !buffers.insert(used.buffer)) {
