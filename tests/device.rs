@@ -3,8 +3,11 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
+mod haar;
+
 mod device {
     mod deferred;
+    mod frame_passes;
     mod lost;
     mod mutated;
     mod parity;

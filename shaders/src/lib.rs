@@ -12,7 +12,8 @@
 //! skipping/next_sample.wgsl   → may_show
 //! filter/*.wgsl               → voxel_fetch, voxel_cell
 //! deferred/decode.wgsl        → voxel_fetch, voxel_channel, texel_of
-//! source/texture.wgsl or a codec's snippet → what voxel_fetch returns
+//! deferred/frame.wgsl         → frame_words, voxel_channels
+//! source/texture.wgsl, deferred/frame.wgsl or a codec's snippet → what voxel_fetch returns
 //! ```
 
 /// A WGSL module. Its text names no binding: the generator writes them.
@@ -115,6 +116,8 @@ templates! {
     DUMP_CELL = "dump/dump_cell.wgsl";
     /// A slab of a frame through `voxel_fetch`, into the words of a texture: the site *deferred*.
     DEFERRED_DECODE = "deferred/decode.wgsl";
+    /// Voxels of a frame that a codec's own passes have rebuilt.
+    DEFERRED_FRAME = "deferred/frame.wgsl";
     /// Texels of 8 bits over 0..1.
     TEXEL_UNORM8 = "deferred/texel_unorm8.wgsl";
     /// Texels of 16 bits over 0..1.

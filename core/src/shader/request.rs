@@ -41,6 +41,13 @@ pub enum Source<'a> {
         /// Resolution and stages to decode.
         level: Level,
     },
+    /// Rebuilt before by a codec's own passes, in a scratch buffer of theirs.
+    Frame {
+        /// Index of the buffer among the scratch buffers.
+        buffer: usize,
+        /// Its words.
+        words: u64,
+    },
     /// Decoded before, into a 3-D texture.
     Texture {
         /// Texel format, scale and offset.
@@ -127,6 +134,17 @@ pub enum BindingKind {
         first: u64,
         /// Words of this part.
         words: u64,
+    },
+    /// Storage: words `first..first + words` of a scratch buffer of a codec's passes.
+    Scratch {
+        /// Index of the buffer among the scratch buffers.
+        buffer: usize,
+        /// First word of this part.
+        first: u64,
+        /// Words of this part.
+        words: u64,
+        /// Whether it is bound to be written.
+        written: bool,
     },
     /// 3-D texture of the decoded volume, one or (RGB) four channels.
     VolumeTexture {
