@@ -6,6 +6,7 @@
 mod haar;
 
 mod device {
+    mod colour;
     mod deferred;
     mod frame_passes;
     mod lost;
