@@ -48,5 +48,8 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     if volume.replaced().total() > 0 {
         say!("{} samples were no usable numbers and were replaced", volume.replaced().total());
     }
+    if volume.replaced().rounded > 0 {
+        say!("{} samples were rounded to single precision", volume.replaced().rounded);
+    }
     Ok(ExitCode::SUCCESS)
 }

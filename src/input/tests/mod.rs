@@ -1,5 +1,6 @@
 //! Tests of the room as its users see it: files in a temporary folder, messages without that folder's name.
 
+mod foreign;
 mod generators;
 mod hostile;
 mod metaimage_errors;
