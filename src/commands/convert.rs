@@ -53,7 +53,7 @@ impl Format {
 /// When arguments, volume or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let format = Format::of(&args.out)?;
-    for file in &args.files {
+    for file in &args.raw.found(&args.files)? {
         check_output(&args.out, file)?;
         if is_container(file) {
             return Err(BadInput(format!("{} is encoded: use `cvr decode`", file.display())));

@@ -15,7 +15,7 @@ use crate::registry::Names;
 /// Arguments of `cvr encode`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The volume.
+    /// The volume: a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames.
     volume: PathBuf,
     /// The container to write, by convention `.cvr`.
     out: PathBuf,

@@ -8,7 +8,7 @@ use cvr_core::volume::{Extent, StoredType};
 
 use crate::exit::BadInput;
 use crate::experiment::volumes::{LoadedVolume, load, read};
-use crate::input::InputVolume;
+use crate::input::{InputVolume, found};
 
 /// Layout of a headerless volume file.
 #[derive(Debug, Args)]
@@ -66,7 +66,12 @@ impl RawArgs {
         Ok(load(&self.volume(paths)?, 0)?)
     }
 
-    /// The same as it was read, with samples that no codec may meet.
+    /// The files and folders that these paths stand for.
+    pub fn found(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, BadInput> {
+        Ok(found(paths, self.dims.is_some())?)
+    }
+
+    /// What [`Self::load_all`] loads as it was read, with samples that no codec may meet.
     pub fn read_all(&self, paths: &[PathBuf]) -> Result<InputVolume, BadInput> {
         Ok(read(&self.volume(paths)?, 0)?.0)
     }

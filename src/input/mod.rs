@@ -32,7 +32,7 @@ pub use error::{InputError, Place};
 pub use generate::{Generator, generate, generate_frames};
 pub use npy::write_npy;
 pub use nrrd::write_nrrd;
-pub use source::read;
+pub use source::{found, read};
 pub use volume::InputVolume;
 
 use std::path::Path;

@@ -60,13 +60,18 @@ pub(super) fn read(text: &HeaderText, start: &[u8], encoding: Encoding) -> Resul
         problem,
         remedy: remedy.to_owned(),
     };
-    let Some(Ok(header)) = start.get(..HEADER_BYTES).map(NiftiHeader::from_reader) else {
+    let Some(bytes) = start.get(..HEADER_BYTES) else {
         return Err(InputError::Header {
             place: Place::file(path),
             problem: format!("a NIfTI header takes {HEADER_BYTES} bytes, but only {} are there", start.len()),
             remedy: "the file is cut short: fetch it again".to_owned(),
         });
     };
+    let header = NiftiHeader::from_reader(bytes).map_err(|e| InputError::Header {
+        place: Place::part(path, "header"),
+        problem: format!("this is no header of NIfTI-1 ({e})"),
+        remedy: "save the volume again as NIfTI-1, .nii or .nii.gz".to_owned(),
+    })?;
     if header.sizeof_hdr != 348 {
         let problem = format!("`sizeof_hdr` is {}, or `dim[0]` is not 1 to 7", header.sizeof_hdr);
         return Err(malformed("sizeof_hdr", problem, "wanted: 348, in the byte order of `dim`"));
@@ -77,7 +82,7 @@ pub(super) fn read(text: &HeaderText, start: &[u8], encoding: Encoding) -> Resul
             let found = "a header without its voxels (.hdr, .img)".to_owned();
             return Err(unsupported("magic", found, "header and voxels in one file, .nii or .nii.gz"));
         }
-        _ => return Err(malformed("magic", "`magic` is not `n+1`".to_owned(), "is this a NIfTI-1 file?")),
+        _ => return Err(malformed("magic", "`magic` is not `n+1`".to_owned(), "wanted: a NIfTI-1 file")),
     }
     let (stored, colour) = sample_type(header.datatype)
         .ok_or_else(|| unsupported("datatype", format!("`datatype` {}", header.datatype), TYPES))?;

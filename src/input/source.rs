@@ -23,10 +23,7 @@ pub fn read(
     raw: Option<&RawLayout>,
     spacing: Option<[f64; 3]>,
 ) -> Result<InputVolume, InputError> {
-    let mut found = Vec::new();
-    for file in files {
-        found.extend(matches(file, raw.is_some())?);
-    }
+    let found = found(files, raw.is_some())?;
     let read_one = |file: &Path| match raw {
         Some(raw) => raw::read(file, raw),
         None => open_one(file),
@@ -46,6 +43,18 @@ pub fn read(
         Some(spacing) => spaced(volume, spacing, first),
         None => Ok(volume),
     }
+}
+
+/// The files, or folders of slices, that these paths stand for, in the order in which they are read.
+///
+/// # Errors
+/// When a pattern matches nothing, or a folder of headerless files is empty.
+pub fn found(files: &[PathBuf], is_raw: bool) -> Result<Vec<PathBuf>, InputError> {
+    let mut found = Vec::new();
+    for file in files {
+        found.extend(matches(file, is_raw)?);
+    }
+    Ok(found)
 }
 
 /// The files that a path stands for, at least one.
@@ -92,6 +101,15 @@ fn sequence(
     let InputVolume { volume, stored, mut rounded } = first;
     let mut layout = volume.layout().clone();
     let mut samples = volume.into_samples();
+    // Most sequences have a frame per file: then nothing is ever copied.
+    let all = layout.samples().saturating_mul(others.len() as u64 + 1);
+    if all.saturating_mul(layout.sample.bytes() as u64) <= MAX_VOLUME_BYTES {
+        let more = usize::try_from(all).unwrap_or(usize::MAX) - samples.len();
+        reserve(&mut samples, more).ok_or_else(|| InputError::Memory {
+            place: Place::file(first_file),
+            bytes: all * layout.sample.bytes() as u64,
+        })?;
+    }
     for file in others {
         let place = Place::file(file);
         let next = read_one(file)?;
@@ -133,6 +151,18 @@ fn words(layout: &VolumeLayout) -> String {
     let [x, y, z] = layout.spacing;
     let channels = if layout.channels == 1 { "scalars" } else { "RGB" };
     format!("{} {channels} of {} spaced {x} {y} {z}", layout.extent, layout.sample)
+}
+
+/// `None` without memory.
+fn reserve(samples: &mut Samples, more: usize) -> Option<()> {
+    match samples {
+        Samples::U8(v) => v.try_reserve_exact(more).ok(),
+        Samples::I8(v) => v.try_reserve_exact(more).ok(),
+        Samples::U16(v) => v.try_reserve_exact(more).ok(),
+        Samples::I16(v) => v.try_reserve_exact(more).ok(),
+        Samples::F32(v) => v.try_reserve_exact(more).ok(),
+        _ => None,
+    }
 }
 
 /// `None` without memory. Both are of one type, since their layouts are equal.

@@ -36,9 +36,10 @@ impl AdvectedBlobs {
 
 impl Blob {
     fn at(seed: u64, index: u64, frame: u32) -> Self {
-        // A number in 0..1 with 32 bits, for each property of the blob.
+        // A number in 0..1 with 32 bits, for each property of the blob. The seed is mixed first: two seeds that differ
+        // in their low bits alone would else have the same blobs in another order.
         let chance = |property: u64| {
-            let hash = [index, property].into_iter().fold(seed, |h, c| mix(h ^ c));
+            let hash = [index, property].into_iter().fold(mix(seed), |h, c| mix(h ^ c));
             (hash >> 32) as f64 / 4_294_967_296.0
         };
         let mut x = 0.7 * chance(0) - 0.35;

@@ -3,10 +3,14 @@
 mod foreign;
 mod generators;
 mod hostile;
+mod hostile_binary;
+mod lies;
 mod metaimage_errors;
 mod nrrd_errors;
 mod real;
 mod round_trips;
+mod sequences;
+mod written;
 
 use std::io::Write as _;
 use std::path::PathBuf;
