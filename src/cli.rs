@@ -4,7 +4,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{check_config, codecs, decode, devices, encode, info, merge, render, run, shader};
+use crate::commands::{
+    check_config, codecs, convert, decode, devices, encode, info, merge, render, run, shader,
+};
 use crate::exit::{BAD_INPUT, BadInput};
 
 /// A workbench for compressed volume rendering.
@@ -23,6 +25,8 @@ Examples:
   cvr merge half1 half2 --out both                      join what two shards have measured
   cvr encode head.nrrd head.cvr --codec s3dc --set block=8
   cvr render head.cvr head.png --azimuth 45
+  cvr info 'viscous/step*.raw' --dims 64x64x64 --dtype f32
+  cvr convert head.nii.gz head.nrrd
   cvr codecs                                            what there is to choose from
 
 Exit codes: 0 all went well; 1 some cells failed (the report is written); 2 bad input; 130 stopped by Ctrl-C (the
@@ -42,6 +46,8 @@ enum Command {
     Decode(decode::Args),
     /// Draw a volume or an encoded volume as PNG.
     Render(render::Args),
+    /// Write a volume in another format: NRRD, NPY or headerless.
+    Convert(convert::Args),
     /// Say what a volume or an encoded volume is.
     Info(info::Args),
     /// List codecs and their settings.
@@ -62,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Encode(args) => encode::run(&args),
         Command::Decode(args) => decode::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Convert(args) => convert::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Codecs => codecs::run(),
         Command::Devices => devices::run(),

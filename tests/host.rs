@@ -14,6 +14,7 @@ mod host {
     mod golden;
     mod golden_files;
     mod kills;
+    mod manifest;
     mod real_volumes;
     mod records;
     mod resume;

@@ -32,8 +32,10 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     check_output(&args.out, &args.container)?;
     let opened = Opened::open(&args.container, &Names::new()?)?;
     let mut layout = opened.decoder.layout().clone();
-    let values = decode_frame(opened.decoder.as_ref(), FrameIndex::FIRST, &NoReferences)?;
-    layout.frames = 1;
+    let mut values = Vec::new();
+    for frame in (0..layout.frames).map(FrameIndex) {
+        values.append(&mut decode_frame(opened.decoder.as_ref(), frame, &NoReferences)?);
+    }
     if args.float {
         layout.sample = SampleType::F32;
     }

@@ -15,7 +15,7 @@ use crate::registry::Names;
 /// Arguments of `cvr encode`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The volume.
+    /// The volume: a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames.
     volume: PathBuf,
     /// The container to write, by convention `.cvr`.
     out: PathBuf,
@@ -47,6 +47,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     say!("{}: {} bytes, {bits:.3} bits per voxel", args.out.display(), written.file_bytes);
     if volume.replaced().total() > 0 {
         say!("{} samples were no usable numbers and were replaced", volume.replaced().total());
+    }
+    if volume.replaced().rounded > 0 {
+        say!("{} samples were rounded to single precision", volume.replaced().rounded);
     }
     Ok(ExitCode::SUCCESS)
 }

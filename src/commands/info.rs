@@ -1,10 +1,11 @@
 //! `cvr info`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use cvr_core::volume::{BrickSource, VolumeLayout};
+use cvr_core::volume::{BrickSource, Replaced, VolumeLayout};
 
+use super::histogram::bars;
 use super::opened::Opened;
 use super::volume_args::{RawArgs, is_container};
 use crate::exit::BadInput;
@@ -13,8 +14,10 @@ use crate::registry::Names;
 /// Arguments of `cvr info`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A volume or a container (`.cvr`).
-    file: PathBuf,
+    /// A volume (a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames; of
+    /// several, the frames follow each other), or a container (`.cvr`).
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
     #[command(flatten)]
     raw: RawArgs,
 }
@@ -24,25 +27,48 @@ pub struct Args {
 /// # Errors
 /// When it cannot be read.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
-    if is_container(&args.file) {
-        container(args)?;
-    } else {
-        let loaded = args.raw.load(&args.file)?;
-        layout(loaded.volume.layout());
-        let range = loaded.volume.range();
-        say!("range      {} to {}", range.min, range.max);
-        let replaced = loaded.volume.replaced();
-        if replaced.total() > 0 {
-            say!(
-                "unusable   {} NaN, {} infinite, {} subnormal samples",
-                replaced.nan,
-                replaced.infinite,
-                replaced.subnormal
-            );
-        }
-        say!("blake3     {}", loaded.provenance.blake3);
+    match &args.files[..] {
+        [file] if is_container(file) => container(file)?,
+        files => match files.iter().find(|f| is_container(f)) {
+            Some(file) => {
+                return Err(BadInput(format!(
+                    "{} is encoded and no frame of a sequence: ask about it alone",
+                    file.display()
+                )));
+            }
+            None => volume(args)?,
+        },
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn volume(args: &Args) -> Result<(), BadInput> {
+    let loaded = args.raw.load_all(&args.files)?;
+    layout(loaded.volume.layout());
+    if !loaded.stored.is_kept_exactly() || loaded.stored.kept() != loaded.volume.layout().sample {
+        say!("stored     {}, kept as {}", loaded.stored, loaded.volume.layout().sample);
+    }
+    let range = loaded.volume.range();
+    say!("range      {} to {}", range.min, range.max);
+    say!("histogram  |{}| (logarithmic)", bars(loaded.volume.dense().samples(), range));
+    replaced(loaded.volume.replaced());
+    say!("blake3     {}", loaded.provenance.blake3);
+    Ok(())
+}
+
+/// What is not as the file has it.
+fn replaced(replaced: Replaced) {
+    if replaced.total() > 0 {
+        say!(
+            "unusable   {} NaN, {} infinite, {} subnormal samples",
+            replaced.nan,
+            replaced.infinite,
+            replaced.subnormal
+        );
+    }
+    if replaced.rounded > 0 {
+        say!("rounded    {} samples, to single precision", replaced.rounded);
+    }
 }
 
 fn layout(layout: &VolumeLayout) {
@@ -53,8 +79,8 @@ fn layout(layout: &VolumeLayout) {
     say!("bytes      {} uncompressed", layout.bytes());
 }
 
-fn container(args: &Args) -> Result<(), BadInput> {
-    let Opened { stream, decoder, .. } = Opened::open(&args.file, &Names::new()?)?;
+fn container(file: &Path) -> Result<(), BadInput> {
+    let Opened { stream, decoder, .. } = Opened::open(file, &Names::new()?)?;
     let spec = stream.spec();
     say!("codec      {} (stream version {})", spec.codec, spec.stream_version);
     say!("settings   {}", spec.settings);
@@ -64,6 +90,7 @@ fn container(args: &Args) -> Result<(), BadInput> {
     if let Some(bound) = spec.report.error_bound {
         say!("bound      no sample is off by more than {bound}");
     }
+    replaced(spec.replaced);
     for note in &spec.report.notes {
         say!("note       {note}");
     }

@@ -94,5 +94,5 @@ fn order(provenance: &Provenance) -> Option<Vec<Identity>> {
 
 fn file(name: &str) -> Option<VolumeSource> {
     let path = FilePath::literal(Path::new(name).to_str()?).ok()?;
-    Some(VolumeSource::File { path, raw: None })
+    Some(VolumeSource::file(path))
 }

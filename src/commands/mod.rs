@@ -2,6 +2,7 @@
 
 pub mod check_config;
 pub mod codecs;
+pub mod convert;
 pub mod decode;
 pub mod devices;
 pub mod encode;
@@ -12,6 +13,7 @@ pub mod run;
 pub mod shader;
 
 mod config_file;
+mod histogram;
 mod opened;
 mod scene_args;
 mod settings_args;

@@ -42,9 +42,11 @@ pub struct Args {
     /// Folder for records, pictures and report; default results/<name of the experiment>.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Run on this volume instead of those of the configuration. Scenes that name volumes apply to it only if they name it (a file is named after its stem).
+    /// Run on this volume instead of those of the configuration: a file of any format, a folder of slices, or a
+    /// pattern like 'step*.raw' whose files are frames; given several times, the frames follow each other. Scenes that
+    /// name volumes apply to it only if they name it (a volume is named after the stem of its first file).
     #[arg(long, value_name = "FILE")]
-    volume: Option<PathBuf>,
+    volume: Vec<PathBuf>,
     /// Override a key, as scene.step_voxels=1.0, codec.s3dc.block=8 or pipeline.filter='["linear"]'.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -73,8 +75,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
     let ConfigFile { mut experiment, text } = ConfigFile::read(&args.config, &args.set, &names)?;
-    if let Some(path) = &args.volume {
-        experiment.replace_volumes(vec![args.raw.volume(path)?])?;
+    if !args.volume.is_empty() {
+        experiment.replace_volumes(vec![args.raw.volume(&args.volume)?])?;
     }
     let mut resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     let no_cells = resolution.cells.is_empty();

@@ -1,13 +1,14 @@
-//! A volume on the command line: a file, with the layout of a headerless one.
+//! A volume on the command line: files, with the layout of headerless ones.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cvr_core::pipeline::{ByteOrder, FilePath, RawLayout, Volume, VolumeSource};
-use cvr_core::volume::{Extent, SampleType};
+use cvr_core::volume::{Extent, StoredType};
 
 use crate::exit::BadInput;
-use crate::experiment::volumes::{LoadedVolume, load};
+use crate::experiment::volumes::{LoadedVolume, load, read};
+use crate::input::{InputVolume, found};
 
 /// Layout of a headerless volume file.
 #[derive(Debug, Args)]
@@ -16,14 +17,20 @@ pub struct RawArgs {
     /// Voxels along x, y, z of a headerless file, as 128x128x41.
     #[arg(long, value_parser = extent, requires = "dtype")]
     dims: Option<Extent>,
-    /// Number type of its samples: u8, i8, u16, i16, f32.
-    #[arg(long, value_parser = sample, requires = "dims")]
-    dtype: Option<SampleType>,
+    /// Number type of its samples: u8, i8, u16, i16, u32, i32, u64, i64, f32, f64.
+    #[arg(long, value_parser = stored, requires = "dims")]
+    dtype: Option<StoredType>,
+    /// Time steps in it, one after the other; default 1.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..), requires = "dims")]
+    frames: Option<u32>,
+    /// Values per voxel, side by side: 1 or 3; default 1.
+    #[arg(long, value_parser = channels, requires = "dims")]
+    channels: Option<u32>,
     /// Its byte order: little or big.
     #[arg(long, value_parser = byte_order, requires = "dims")]
     byte_order: Option<ByteOrder>,
-    /// Its spacing along x, y, z, as 0.41,0.41,1.5.
-    #[arg(long, value_parser = spacing, requires = "dims")]
+    /// Spacing along x, y, z, as 0.41,0.41,1.5; of any file, in place of what it says.
+    #[arg(long, value_parser = spacing)]
     spacing: Option<[f64; 3]>,
     /// Bytes in front of its first sample.
     #[arg(long, requires = "dims")]
@@ -31,24 +38,58 @@ pub struct RawArgs {
 }
 
 impl RawArgs {
-    /// The volume in a file, named after it.
-    pub fn volume(&self, path: &Path) -> Result<Volume, BadInput> {
-        let raw = self.dims.zip(self.dtype).map(|(extent, sample)| RawLayout {
+    /// The volume in these files (of several, the frames follow each other), named after the first.
+    pub fn volume(&self, paths: &[PathBuf]) -> Result<Volume, BadInput> {
+        let raw = self.dims.zip(self.dtype).map(|(extent, stored)| RawLayout {
             extent,
-            sample,
+            channels: self.channels.unwrap_or(1),
+            frames: self.frames.unwrap_or(1),
+            stored,
             byte_order: self.byte_order.unwrap_or_default(),
             spacing: self.spacing.unwrap_or([1.0; 3]),
             skip_bytes: self.skip_bytes.unwrap_or(0),
         });
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let path = FilePath::literal(&path.display().to_string())?;
-        Ok(Volume { name, source: VolumeSource::File { path, raw } })
+        let name = paths.first().map(|p| volume_name(p)).unwrap_or_default();
+        let literal = |path: &PathBuf| FilePath::literal(&path.display().to_string());
+        let files = paths.iter().map(literal).collect::<Result<_, _>>()?;
+        let spacing = self.spacing.filter(|_| raw.is_none());
+        Ok(Volume { name, source: VolumeSource::File { files, raw, spacing } })
     }
 
-    /// Loads a file.
+    /// Loads a file, or what a pattern matches.
     pub fn load(&self, path: &Path) -> Result<LoadedVolume, BadInput> {
-        Ok(load(&self.volume(path)?, 0)?)
+        self.load_all(&[path.to_owned()])
     }
+
+    /// Loads files as the frames of one volume.
+    pub fn load_all(&self, paths: &[PathBuf]) -> Result<LoadedVolume, BadInput> {
+        Ok(load(&self.volume(paths)?, 0)?)
+    }
+
+    /// The files and folders that these paths stand for.
+    pub fn found(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, BadInput> {
+        Ok(found(paths, self.dims.is_some())?)
+    }
+
+    /// What [`Self::load_all`] loads as it was read, with samples that no codec may meet.
+    pub fn read_all(&self, paths: &[PathBuf]) -> Result<InputVolume, BadInput> {
+        Ok(read(&self.volume(paths)?, 0)?.0)
+    }
+}
+
+/// The stem of a file's name without wildcards; what is left of a pattern like `*.raw` is its folder's name.
+fn volume_name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = stem.strip_suffix(".nii").unwrap_or(&stem);
+    let name: String = stem.chars().filter(|c| !"*?[]!".contains(*c)).collect();
+    if name == stem {
+        return name;
+    }
+    let name = name.trim_matches(|c: char| "._- ".contains(c));
+    let parent =
+        || path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+    let name = if name.is_empty() { parent() } else { name.to_owned() };
+    if name.is_empty() { "sequence".to_owned() } else { name }
 }
 
 /// `128x128x41`.
@@ -59,9 +100,17 @@ fn extent(text: &str) -> Result<Extent, String> {
     Extent::new(x, y, z).map_err(|e| e.to_string())
 }
 
-fn sample(text: &str) -> Result<SampleType, String> {
-    let known = SampleType::ALL.map(SampleType::name).join(", ");
-    SampleType::from_name(text).ok_or_else(|| format!("`{text}`: one of {known}"))
+fn stored(text: &str) -> Result<StoredType, String> {
+    let known = StoredType::ALL.map(StoredType::name).join(", ");
+    StoredType::from_name(text).ok_or_else(|| format!("`{text}`: one of {known}"))
+}
+
+fn channels(text: &str) -> Result<u32, String> {
+    match text {
+        "1" => Ok(1),
+        "3" => Ok(3),
+        _ => Err(format!("`{text}`: 1 (scalar) or 3 (RGB)")),
+    }
 }
 
 fn byte_order(text: &str) -> Result<ByteOrder, String> {
@@ -92,5 +141,25 @@ pub fn check_output(path: &Path, input: &Path) -> Result<(), BadInput> {
             Err(BadInput(format!("{}: the folder {} does not exist", path.display(), parent.display())))
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn volumes_are_named_after_what_is_left_of_a_pattern() {
+        for (path, name) in [
+            ("a/head.nrrd", "head"),
+            ("pcasl.nii.gz", "pcasl"),
+            ("viscous/step*.raw", "step"),
+            ("viscous/step_[0-9]?.raw", "step_0-9"),
+            ("viscous/*.raw", "viscous"),
+            ("*.raw", "sequence"),
+            ("a-b*", "a-b"),
+        ] {
+            assert_eq!(volume_name(Path::new(path)), name);
+        }
     }
 }

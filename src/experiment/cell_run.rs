@@ -21,7 +21,7 @@ pub const IMAGES: &str = "images";
 #[must_use]
 pub fn empty_record(cell: &Cell, volume: &FiniteVolume, target: &Target) -> Record {
     let layout = volume.layout();
-    Record {
+    let mut record = Record {
         volume: cell.volume.clone(),
         codec: cell.codec.clone(),
         settings: cell.settings.to_string(),
@@ -35,7 +35,12 @@ pub fn empty_record(cell: &Cell, volume: &FiniteVolume, target: &Target) -> Reco
         frames: layout.frames,
         replaced_samples: volume.replaced().total(),
         ..Record::default()
+    };
+    let rounded = volume.replaced().rounded;
+    if rounded > 0 {
+        record.remark(&format!("{rounded} samples of the input were rounded to single precision"));
     }
+    record
 }
 
 /// Enters what the codec did to the volume.
@@ -51,7 +56,9 @@ pub fn record_encoding(record: &mut Record, encoded: &Encoded, parity: Option<u6
     record.max_abs_error = Some(encoded.error.max_abs_error);
     record.error_bound = encoded.error_bound;
     record.parity_mismatches = parity;
-    record.notes = (!encoded.notes.is_empty()).then(|| encoded.notes.join("; "));
+    for note in &encoded.notes {
+        record.remark(note);
+    }
 }
 
 /// Draws, compares and times one cell; `decoded` is what its site asks for.

@@ -64,7 +64,7 @@ impl Keys<'_> {
             seed: self.experiment.seed,
             volume: &cell.volume,
             samples_blake3: &volume.provenance.blake3,
-            layout: format!("{:?}", volume.volume.layout()),
+            layout: layout_of(volume),
             codec: &cell.codec,
             settings: cell.settings.to_string(),
             stream_versions: [stream_version(&cell.codec), stream_version(RAW)],
@@ -81,6 +81,15 @@ impl Keys<'_> {
         // Strings and integers always serialise; were it otherwise, an empty text would equal no other key's.
         let text = serde_json::to_vec(&inputs).unwrap_or_default();
         blake3::hash(&text).to_hex().to_string()
+    }
+}
+
+/// The layout, and how many samples were rounded, which records tell.
+fn layout_of(volume: &LoadedVolume) -> String {
+    let layout = format!("{:?}", volume.volume.layout());
+    match volume.volume.replaced().rounded {
+        0 => layout,
+        n => format!("{layout}, {n} rounded"),
     }
 }
 

@@ -1,12 +1,13 @@
 //! The volumes of an experiment, loaded and named.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use cvr_core::pipeline::{UnsetVariable, Volume, VolumeSource};
-use cvr_core::volume::{BrickSource, DenseVolume, FiniteVolume};
+use cvr_core::volume::{BrickSource, DenseVolume, FiniteVolume, StoredType};
 
 use super::provenance::VolumeProvenance;
-use crate::input::{self, Generator, InputError};
+use crate::input::{self, Generator, InputError, InputVolume};
 
 /// A volume in memory.
 #[derive(Debug)]
@@ -15,6 +16,8 @@ pub struct LoadedVolume {
     pub name: String,
     /// The samples, finite.
     pub volume: FiniteVolume,
+    /// Number type that its file has.
+    pub stored: StoredType,
     /// Where it comes from.
     pub provenance: VolumeProvenance,
 }
@@ -55,39 +58,62 @@ pub enum LoadError {
 /// # Errors
 /// When a variable in its path is unset, or the file or generator fails.
 pub fn load(volume: &Volume, seed: u64) -> Result<LoadedVolume, LoadError> {
+    let (input, source) = read(volume, seed)?;
+    Ok(LoadedVolume::read(volume.name.clone(), source, input))
+}
+
+/// Reads or computes a volume, and says where it comes from: names of files without folders, or generator and seed.
+///
+/// # Errors
+/// As [`load`].
+pub fn read(volume: &Volume, seed: u64) -> Result<(InputVolume, String), LoadError> {
     let name = volume.name.clone();
-    let (dense, source) = match &volume.source {
-        VolumeSource::File { path, raw } => {
-            let path = path
-                .expand(&|name| std::env::var_os(name))
+    let (read, source) = match &volume.source {
+        VolumeSource::File { files, raw, spacing } => {
+            let lookup = |name: &str| -> Option<OsString> { std::env::var_os(name) };
+            let paths: Vec<PathBuf> = files
+                .iter()
+                .map(|path| path.expand(&lookup))
+                .collect::<Result<_, _>>()
                 .map_err(|source| LoadError::Unset { volume: name.clone(), source })?;
-            let file = PathBuf::from(&path);
-            let read = match raw {
-                Some(layout) => input::open_raw(&file, layout),
-                None => input::open(&file),
-            };
-            (read, file.file_name().unwrap_or_default().to_string_lossy().into_owned())
+            (input::read(&paths, raw.as_ref(), *spacing), file_names(&paths))
         }
-        VolumeSource::Generated { generator, extent, sample } => {
+        VolumeSource::Generated { generator, extent, frames, sample } => {
             let kind = Generator::from_name(generator).ok_or_else(|| LoadError::Generator {
                 volume: name.clone(),
                 name: generator.clone(),
                 known: Generator::ALL.map(Generator::name).join(", "),
             })?;
-            (input::generate(kind, *extent, *sample, seed), format!("{generator}, seed {seed}"))
+            let dense = input::generate_frames(kind, *extent, *frames, *sample, seed);
+            (dense.map(InputVolume::exact), format!("{generator}, seed {seed}"))
         }
     };
-    let dense =
-        dense.map_err(|source| LoadError::Input { volume: name.clone(), source: Box::new(source) })?;
-    Ok(LoadedVolume::new(name, source, dense))
+    match read {
+        Ok(input) => Ok((input, source)),
+        Err(source) => Err(LoadError::Input { volume: name, source: Box::new(source) }),
+    }
+}
+
+/// Names without folders: of the first file, and how many follow it.
+fn file_names(paths: &[PathBuf]) -> String {
+    let first = paths.first().and_then(|p| p.file_name()).unwrap_or_default().to_string_lossy();
+    match paths.len() {
+        0 | 1 => first.into_owned(),
+        n => format!("{first} and {} more", n - 1),
+    }
 }
 
 impl LoadedVolume {
     /// Names a volume and makes it finite. The hash is that of the samples as they were read, little-endian.
     #[must_use]
     pub fn new(name: String, source: String, dense: DenseVolume) -> Self {
-        let blake3 = blake3::hash(dense.samples().as_bytes()).to_hex().to_string();
-        let volume = FiniteVolume::new(dense);
+        Self::read(name, source, InputVolume::exact(dense))
+    }
+
+    fn read(name: String, source: String, read: InputVolume) -> Self {
+        let blake3 = blake3::hash(read.volume.samples().as_bytes()).to_hex().to_string();
+        let stored = read.stored;
+        let volume = read.finite();
         let layout = volume.layout();
         let range = volume.range();
         let provenance = VolumeProvenance {
@@ -99,6 +125,6 @@ impl LoadedVolume {
             spacing: layout.spacing,
             range: [f64::from(range.min), f64::from(range.max)],
         };
-        Self { name, volume, provenance }
+        Self { name, volume, stored, provenance }
     }
 }

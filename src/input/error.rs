@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use cvr_core::volume::Extent;
-
 use super::Generator;
 
 /// Where an error arose. Every [`InputError`] has one, so every message names its file.
@@ -27,6 +25,13 @@ pub enum Place {
         /// Line of the header that does, counted from 1.
         line: usize,
     },
+    /// A part of a file that is no line of text: a field of a binary header, a page, an element.
+    Part {
+        /// The file.
+        file: PathBuf,
+        /// The part, as a noun phrase.
+        part: String,
+    },
     /// No file: a generator.
     Generator(Generator),
 }
@@ -35,6 +40,11 @@ impl Place {
     /// The file itself.
     pub(super) fn file(path: &Path) -> Self {
         Self::File(path.to_owned())
+    }
+
+    /// A part of a file.
+    pub(super) fn part(path: &Path, part: impl Into<String>) -> Self {
+        Self::Part { file: path.to_owned(), part: part.into() }
     }
 }
 
@@ -46,6 +56,7 @@ impl std::fmt::Display for Place {
             Self::Data { data, header, line } => {
                 write!(f, "{} (data file of {}, line {line})", data.display(), header.display())
             }
+            Self::Part { file, part } => write!(f, "{}, {part}", file.display()),
             Self::Generator(generator) => write!(f, "generator {}", generator.name()),
         }
     }
@@ -106,15 +117,15 @@ pub enum InputError {
     },
     /// The volume exceeds [`super::MAX_VOLUME_BYTES`].
     #[error(
-        "{place}: {}×{}×{} voxels take {bytes} bytes, more than the limit of {} (2^33); crop or downsample the volume",
-        dims[0], dims[1], dims[2], super::MAX_VOLUME_BYTES
+        "{place}: {what} take {bytes} bytes, more than the limit of {} (2^33); crop or downsample the volume",
+        super::MAX_VOLUME_BYTES
     )]
     TooLarge {
         /// Where the size is claimed.
         place: Place,
-        /// Claimed voxels along x, y, z.
-        dims: [u32; 3],
-        /// Claimed bytes, uncompressed.
+        /// What is claimed: voxels along x, y, z, channels, frames.
+        what: String,
+        /// Claimed bytes, uncompressed, in the file or in memory, whichever is more.
         bytes: u128,
     },
     /// The volume is within the limit, but this machine cannot hold it.
@@ -152,19 +163,14 @@ pub enum InputError {
         /// The decompressor's reason.
         source: std::io::Error,
     },
-    /// A volume that the output format (as written here) cannot hold.
-    #[error(
-        "{place}: a volume of {extent} with {channels} channels and {frames} frames cannot be written; \
-         supported: one frame of scalars"
-    )]
-    Unwritable {
-        /// The file to be written.
+    /// A pattern or folder that holds no file that could be read.
+    #[error("{place}: {problem}; {remedy}")]
+    NoFiles {
+        /// The pattern or folder.
         place: Place,
-        /// Voxels along x, y, z.
-        extent: Extent,
-        /// Values per voxel.
-        channels: u32,
-        /// Time steps.
-        frames: u32,
+        /// What is missing.
+        problem: String,
+        /// What would be right.
+        remedy: String,
     },
 }

@@ -52,6 +52,11 @@ impl HeaderText {
         self.bytes.iter().take(16).flat_map(|&b| std::ascii::escape_default(b)).map(char::from).collect()
     }
 
+    /// The beginning of the file, at most [`MAX_HEADER_BYTES`].
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
     pub fn starts_with(&self, magic: &[u8]) -> bool {
         self.bytes.starts_with(magic)
     }
@@ -157,11 +162,20 @@ impl Field {
         self.numbers::<T, 1>(wanted).map(|[n]| n)
     }
 
-    /// Voxels along x, y, z; none of them zero.
-    pub fn dims(&self) -> Result<[u32; 3], InputError> {
-        let wanted = "three whole numbers from 1 to 4294967295, the voxels along x, y and z";
-        let dims = self.numbers(wanted)?;
-        if dims.contains(&0) { Err(self.malformed(wanted)) } else { Ok(dims) }
+    /// Exactly `count` numbers, separated by white space.
+    pub fn numbers_of<T: FromStr>(&self, count: usize, wanted: &str) -> Result<Vec<T>, InputError> {
+        let numbers: Result<Vec<T>, _> = self.value.split_whitespace().map(str::parse).collect();
+        numbers.ok().filter(|n| n.len() == count).ok_or_else(|| self.malformed(wanted))
+    }
+
+    /// Elements along each of `axes` axes; none of them zero.
+    pub fn sizes(&self, axes: usize) -> Result<Vec<u32>, InputError> {
+        let wanted = match axes {
+            3 => "three whole numbers from 1 to 4294967295, the voxels along x, y and z".to_owned(),
+            n => format!("{n} whole numbers from 1 to 4294967295, one for each axis"),
+        };
+        let sizes = self.numbers_of(axes, &wanted)?;
+        if sizes.contains(&0) { Err(self.malformed(&wanted)) } else { Ok(sizes) }
     }
 
     /// Spacing along x, y, z; each positive and finite.
@@ -204,6 +218,11 @@ impl Fields {
                 Ok(())
             }
         }
+    }
+
+    /// The header's file.
+    pub fn file(&self) -> Place {
+        Place::file(&self.path)
     }
 
     pub fn get(&self, normalised: &str) -> Option<&Field> {

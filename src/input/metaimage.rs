@@ -1,15 +1,15 @@
 //! MetaImage, the image format of ITK's MetaIO: <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
 //!
-//! Read are scalar volumes with three axes, raw or zlib, in the same file (`LOCAL`) or in one data file.
+//! Read are volumes of three axes, or four (the last is that of frames), with 1 or 3 channels, raw or zlib, in the same file (`LOCAL`) or in one data file.
 
 use std::path::PathBuf;
 
-use cvr_core::volume::{DenseVolume, SampleType};
+use cvr_core::volume::StoredType;
 
 use super::header::{Field, Fields, HeaderText, is_file_pattern};
-use super::layout::scalar_layout;
+use super::layout::{Shape, StoredLayout};
 use super::payload::{Encoding, Payload, Skip};
-use super::{ByteOrder, InputError, Place};
+use super::{ByteOrder, InputError, InputVolume, Place};
 
 /// MetaImage has no magic; these keys begin the files that MetaIO and others write.
 pub(super) fn looks_like(text: &HeaderText) -> bool {
@@ -19,7 +19,7 @@ pub(super) fn looks_like(text: &HeaderText) -> bool {
 }
 
 /// Reads the volume that this header describes.
-pub(super) fn read(text: &HeaderText) -> Result<DenseVolume, InputError> {
+pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
     let (fields, data_offset) = parse(text)?;
     if let Some(object) = fields.get("objecttype")
         && !object.value.eq_ignore_ascii_case("Image")
@@ -27,26 +27,40 @@ pub(super) fn read(text: &HeaderText) -> Result<DenseVolume, InputError> {
         return Err(object.unsupported("Image"));
     }
     let axes = fields.require("ndims", "NDims = 3")?;
-    if axes.number::<u32>("a whole number")? != 3 {
-        return Err(axes.unsupported("NDims = 3, a scalar volume; save one volume of a series"));
-    }
-    if let Some(channels) = fields.get("elementnumberofchannels")
-        && channels.number::<u32>("a whole number")? != 1
-    {
-        return Err(channels.unsupported("1, a scalar volume; save one channel"));
-    }
+    let axes = match axes.number::<u32>("a whole number")? {
+        n @ (3 | 4) => n as usize,
+        _ => return Err(axes.unsupported("NDims = 3, or 4 for frames")),
+    };
+    let channels = match fields.get("elementnumberofchannels") {
+        None => 1,
+        Some(field) => match field.number::<u32>("a whole number")? {
+            n @ (1 | 3) => n,
+            _ => return Err(field.unsupported("1 (scalar) or 3 (RGB)")),
+        },
+    };
     if let Some(binary) = fields.get("binarydata")
         && !truth(binary)?
     {
         return Err(binary.unsupported("BinaryData = True"));
     }
-    let sample = sample_type(fields.require("elementtype", "ElementType = MET_UCHAR")?)?;
+    let stored = sample_type(fields.require("elementtype", "ElementType = MET_UCHAR")?)?;
     let spacing = match fields.get("elementspacing").or_else(|| fields.get("elementsize")) {
+        Some(field) if axes == 4 => {
+            let wanted = "four positive, finite numbers: the spacing along x, y and z, and of time steps";
+            let [x, y, z, t]: [f64; 4] = field.numbers(wanted)?;
+            if ![x, y, z, t].iter().all(|s| s.is_finite() && *s > 0.0) {
+                return Err(field.malformed(wanted));
+            }
+            [x, y, z]
+        }
         Some(field) => field.spacing()?,
         None => [1.0; 3],
     };
-    let dims = fields.require("dimsize", "DimSize = 256 256 128")?;
-    let layout = scalar_layout(&dims.place, dims.dims()?, spacing, sample)?;
+    let size = fields.require("dimsize", "DimSize = 256 256 128")?;
+    let sizes = size.sizes(axes)?;
+    let frames = sizes.get(3).copied().unwrap_or(1);
+    let shape = Shape { dims: [sizes[0], sizes[1], sizes[2]], channels, frames };
+    let layout = StoredLayout::new(&size.place, shape, spacing, stored)?;
     let (file, place, data_offset) = data_file(&fields, text, data_offset)?;
     let encoding = match fields.get("compresseddata") {
         Some(field) if truth(field)? => Encoding::Zlib,
@@ -59,7 +73,9 @@ pub(super) fn read(text: &HeaderText) -> Result<DenseVolume, InputError> {
         _ => None,
     };
     let byte_order = byte_order(&fields)?;
-    Payload { file, place, offset, skip_lines: 0, skip, stored_bytes, encoding, byte_order }.read(layout)
+    let payload =
+        Payload { file, place, offset, skip_lines: 0, skip, stored_bytes, encoding, byte_order, scale: None };
+    payload.read(&layout)
 }
 
 /// The fields up to `ElementDataFile`, which ends the header, and the offset behind that line.
@@ -107,15 +123,26 @@ fn truth(field: &Field) -> Result<bool, InputError> {
     }
 }
 
-fn sample_type(field: &Field) -> Result<SampleType, InputError> {
-    match field.value.as_str() {
-        "MET_UCHAR" => Ok(SampleType::U8),
-        "MET_CHAR" => Ok(SampleType::I8),
-        "MET_USHORT" => Ok(SampleType::U16),
-        "MET_SHORT" => Ok(SampleType::I16),
-        "MET_FLOAT" => Ok(SampleType::F32),
-        _ => Err(field.unsupported("MET_UCHAR, MET_CHAR, MET_USHORT, MET_SHORT, MET_FLOAT")),
-    }
+/// `MET_LONG` has 32 bits, whatever the machine's `long` has: so MetaIO's table of sizes.
+fn sample_type(field: &Field) -> Result<StoredType, InputError> {
+    Ok(match field.value.as_str() {
+        "MET_UCHAR" => StoredType::U8,
+        "MET_CHAR" => StoredType::I8,
+        "MET_USHORT" => StoredType::U16,
+        "MET_SHORT" => StoredType::I16,
+        "MET_UINT" | "MET_ULONG" => StoredType::U32,
+        "MET_INT" | "MET_LONG" => StoredType::I32,
+        "MET_ULONG_LONG" => StoredType::U64,
+        "MET_LONG_LONG" => StoredType::I64,
+        "MET_FLOAT" => StoredType::F32,
+        "MET_DOUBLE" => StoredType::F64,
+        _ => {
+            return Err(field.unsupported(
+                "MET_UCHAR, MET_CHAR, MET_USHORT, MET_SHORT, MET_UINT, MET_INT, MET_ULONG, MET_LONG, \
+                 MET_ULONG_LONG, MET_LONG_LONG, MET_FLOAT, MET_DOUBLE",
+            ));
+        }
+    })
 }
 
 /// Two keys mean the same; little-endian where both are absent.

@@ -1,56 +1,103 @@
 //! Volumes from files and generators.
 //!
-//! Every reader ends in a [`DenseVolume`]: one scalar frame, x fastest, spacing in the file's unit of length
-//! (1 where the file is silent). A header is never believed: sizes are bounded before they are multiplied,
-//! compared with the length of the file before memory is reserved, and a compressed stream is decoded only as
-//! far as the header's byte count. Data files of detached headers may lie anywhere; errors name both files.
+//! Every reader ends in an [`InputVolume`]: samples x fastest, channels interleaved, frame after frame; spacing in the
+//! file's unit of length (1 where the file is silent). A header is never believed: sizes are bounded before they are
+//! multiplied, compared with the length of the file before memory is reserved, and a compressed stream is decoded
+//! only as far as the header's byte count. Data files of detached headers may lie anywhere; errors name both files.
 //!
-//! Nothing about orientation is read yet: `space origin` and the directions' signs (NRRD), `TransformMatrix`
-//! and `Offset` (MetaImage) are ignored, as are NRRD's `axis mins` and `axis maxs`.
+//! `docs/inputs.md` tells format by format what is read and what is refused. Orientation is read nowhere: origins,
+//! directions and matrices have no bearing on a picture yet.
 
+mod axes;
 mod error;
 mod generate;
 mod header;
 mod layout;
 mod metaimage;
+mod nifti;
+mod npy;
 mod nrrd;
-mod nrrd_write;
 mod payload;
 mod raw;
+mod samples;
+mod slices;
+mod source;
 #[cfg(test)]
 mod tests;
+mod volume;
+mod vti;
 
 pub use cvr_core::pipeline::{ByteOrder, RawLayout};
 pub use error::{InputError, Place};
-pub use generate::{Generator, generate};
-pub use nrrd_write::write_nrrd;
-pub use raw::open_raw;
+pub use generate::{Generator, generate, generate_frames};
+pub use npy::write_npy;
+pub use nrrd::write_nrrd;
+pub use source::{found, read};
+pub use volume::InputVolume;
 
 use std::path::Path;
 
 use cvr_core::volume::DenseVolume;
 
 use header::HeaderText;
+use payload::Encoding;
+use slices::Pictures;
 
 /// Largest volume that is read or generated, in bytes of uncompressed samples.
 pub const MAX_VOLUME_BYTES: u64 = 1 << 33;
 
 /// The file formats, for help texts and errors.
-pub const FORMATS: &str = "NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), and headerless raw files, whose \
-                           dimensions, sample type and byte order must be given";
+pub const FORMATS: &str = "NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI-1 (.nii, .nii.gz), VTK image data (.vti), \
+                           NumPy arrays (.npy), TIFF stacks (.tif), folders of TIFF or PNG slices, and headerless \
+                           raw files, whose dimensions, sample type and byte order must be given";
 
-/// Reads a volume from a file that describes itself: NRRD or MetaImage, with attached or detached data.
+/// Reads a volume from a file that describes itself, or from a folder of slices.
 ///
-/// The content decides where it is recognised (NRRD's magic, MetaImage's first key), the extension otherwise.
+/// The content decides where it is recognised, the extension otherwise. What reading did to wide number types is
+/// told by [`read`].
 ///
 /// # Errors
 /// When the file cannot be read, is of no supported format, breaks the rules of its format, uses a part of it
 /// that is not supported, or holds more or fewer data than its header claims.
 pub fn open(path: &Path) -> Result<DenseVolume, InputError> {
+    open_one(path).map(|input| input.volume)
+}
+
+/// Reads a headerless file, whose voxels must fill it from `skip_bytes` to its end exactly.
+///
+/// # Errors
+/// When the file cannot be read or has another length, the spacing is not positive and finite, or the volume
+/// is larger than [`MAX_VOLUME_BYTES`].
+pub fn open_raw(path: &Path, raw: &RawLayout) -> Result<DenseVolume, InputError> {
+    raw::read(path, raw).map(|input| input.volume)
+}
+
+fn open_one(path: &Path) -> Result<InputVolume, InputError> {
+    if path.is_dir() {
+        return slices::read_folder(path);
+    }
     let text = HeaderText::read(path)?;
     let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
     if nrrd::has_magic(&text) {
         return nrrd::read(&text);
+    }
+    if npy::has_magic(&text) {
+        return npy::read(&text);
+    }
+    if let Some(pictures) = Pictures::of(text.bytes()) {
+        return slices::read_file(&text, pictures);
+    }
+    if text.starts_with(&[0x1f, 0x8b]) {
+        let start = nifti::unpacked_start(&text)?;
+        if nifti::looks_like(&start) || extension.eq_ignore_ascii_case("gz") {
+            return nifti::read(&text, &start, Encoding::Gzip);
+        }
+    }
+    if nifti::looks_like(text.bytes()) {
+        return nifti::read(&text, text.bytes(), Encoding::Raw);
+    }
+    if vti::looks_like(text.bytes()) {
+        return vti::read(&text);
     }
     if metaimage::looks_like(&text) {
         return metaimage::read(&text);
@@ -58,6 +105,11 @@ pub fn open(path: &Path) -> Result<DenseVolume, InputError> {
     match extension.to_ascii_lowercase().as_str() {
         "nrrd" | "nhdr" => nrrd::read(&text),
         "mha" | "mhd" => metaimage::read(&text),
+        "nii" => nifti::read(&text, text.bytes(), Encoding::Raw),
+        "vti" => vti::read(&text),
+        "npy" => npy::read(&text),
+        "tif" | "tiff" => slices::read_file(&text, Pictures::Tiff),
+        "png" => slices::read_file(&text, Pictures::Png),
         _ => Err(InputError::UnknownFormat { place: Place::file(path), extension, start: text.start() }),
     }
 }

@@ -3,20 +3,16 @@
 use std::path::Path;
 
 use cvr_core::pipeline::RawLayout;
-use cvr_core::volume::DenseVolume;
 
-use super::layout::scalar_layout;
+use super::layout::{Shape, StoredLayout};
 use super::payload::{Encoding, Payload, Skip};
-use super::{InputError, Place};
+use super::{InputError, InputVolume, Place};
 
 /// Reads a headerless file, whose voxels must fill it from `skip_bytes` to its end exactly.
-///
-/// # Errors
-/// When the file cannot be read or has another length, the spacing is not positive and finite, or the volume
-/// is larger than [`super::MAX_VOLUME_BYTES`].
-pub fn open_raw(path: &Path, raw: &RawLayout) -> Result<DenseVolume, InputError> {
+pub(super) fn read(path: &Path, raw: &RawLayout) -> Result<InputVolume, InputError> {
     let place = Place::file(path);
-    let layout = scalar_layout(&place, raw.extent.to_array(), raw.spacing, raw.sample)?;
+    let shape = Shape { dims: raw.extent.to_array(), channels: raw.channels, frames: raw.frames };
+    let layout = StoredLayout::new(&place, shape, raw.spacing, raw.stored)?;
     let payload = Payload {
         file: path.to_owned(),
         place,
@@ -26,6 +22,7 @@ pub fn open_raw(path: &Path, raw: &RawLayout) -> Result<DenseVolume, InputError>
         stored_bytes: None,
         encoding: Encoding::Raw,
         byte_order: raw.byte_order,
+        scale: None,
     };
-    payload.read(layout)
+    payload.read(&layout)
 }

@@ -4,6 +4,8 @@ mod bad_configurations;
 mod bad_files;
 mod failing_cell;
 mod help;
+mod hostile_inputs;
+mod inputs;
 mod lists;
 mod output;
 mod own_volume;

@@ -50,7 +50,7 @@ pub fn everything(names: &Names) -> Experiment {
             .map(|s| Sweep { name: s.name.to_owned(), values: interesting(&s.kind) })
             .collect(),
     };
-    let source = VolumeSource::File { path: FilePath::literal("v.nrrd").unwrap(), raw: None };
+    let source = VolumeSource::file(FilePath::literal("v.nrrd").unwrap());
     Experiment {
         volumes: vec![Volume { name: "v".to_owned(), source }],
         codecs: names.codecs().iter().map(|codec| sweep(codec.info())).collect(),

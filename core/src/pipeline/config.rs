@@ -3,7 +3,7 @@
 use super::{FilePath, Scene};
 use crate::codec::{SettingValue, Site};
 use crate::render::Filter;
-use crate::volume::{Extent, SampleType};
+use crate::volume::{Extent, SampleType, StoredType};
 
 /// An experiment: volumes × codecs and their settings × scenes × renderers × sites × filters.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,12 +34,16 @@ pub struct Volume {
 /// Where a volume comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VolumeSource {
-    /// A file.
+    /// Files.
     File {
-        /// Its path.
-        path: FilePath,
-        /// Its layout, if the file has no header that tells it.
+        /// At least one: a file, a folder of slices, or a pattern like `step*.raw`. The frames of several, and of
+        /// what a pattern matches, follow each other.
+        files: Vec<FilePath>,
+        /// Layout of each file, if it has no header that tells it.
         raw: Option<RawLayout>,
+        /// Distance between voxel centres along x, y, z; positive; `None` for what the files say. Where `raw` is
+        /// given, it stands there.
+        spacing: Option<[f64; 3]>,
     },
     /// A generator of the application.
     Generated {
@@ -47,18 +51,32 @@ pub enum VolumeSource {
         generator: String,
         /// Size; default 64 × 64 × 64 voxels.
         extent: Extent,
+        /// Time steps, at least 1; default 1.
+        frames: u32,
         /// Number type; default [`SampleType::U8`].
         sample: SampleType,
     },
 }
 
-/// Layout of a headerless file: samples in one piece, x fastest.
+impl VolumeSource {
+    /// One file (or folder, or pattern) that describes itself.
+    #[must_use]
+    pub fn file(path: FilePath) -> Self {
+        Self::File { files: vec![path], raw: None, spacing: None }
+    }
+}
+
+/// Layout of a headerless file: samples in one piece, channels of a voxel side by side, x fastest, frame after frame.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct RawLayout {
     /// Size in voxels.
     pub extent: Extent,
+    /// Values per voxel: 1 or 3; default 1.
+    pub channels: u32,
+    /// Time steps, at least 1; default 1.
+    pub frames: u32,
     /// Number type.
-    pub sample: SampleType,
+    pub stored: StoredType,
     /// Byte order of numbers of several bytes; default little.
     pub byte_order: ByteOrder,
     /// Distance between voxel centres along x, y, z; positive; default 1.
@@ -68,10 +86,11 @@ pub struct RawLayout {
 }
 
 impl RawLayout {
-    /// Little-endian samples with unit spacing, from the first byte of the file on.
+    /// One frame of little-endian scalars with unit spacing, from the first byte of the file on.
     #[must_use]
-    pub const fn new(extent: Extent, sample: SampleType) -> Self {
-        Self { extent, sample, byte_order: ByteOrder::Little, spacing: [1.0; 3], skip_bytes: 0 }
+    pub const fn new(extent: Extent, stored: StoredType) -> Self {
+        let byte_order = ByteOrder::Little;
+        Self { extent, channels: 1, frames: 1, stored, byte_order, spacing: [1.0; 3], skip_bytes: 0 }
     }
 }
 

@@ -115,6 +115,12 @@ impl DenseVolume {
         Ok(Self { layout, samples })
     }
 
+    /// The samples without the layout.
+    #[must_use]
+    pub fn into_samples(self) -> Samples {
+        self.samples
+    }
+
     /// The samples in their own type.
     #[must_use]
     pub const fn samples(&self) -> &Samples {

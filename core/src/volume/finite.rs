@@ -16,10 +16,19 @@ pub struct Replaced {
     pub infinite: u64,
     /// Subnormals, replaced by zero.
     pub subnormal: u64,
+    /// Samples of a wider number type that single precision cannot hold, replaced by the nearest that it can. Written
+    /// only where there are any.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rounded: u64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
+const fn is_zero(n: &u64) -> bool {
+    *n == 0
 }
 
 impl Replaced {
-    /// Samples replaced for any reason.
+    /// Samples that were no usable numbers. Rounded ones are, and are not among them.
     #[must_use]
     pub const fn total(self) -> u64 {
         self.nan + self.infinite + self.subnormal
@@ -38,8 +47,14 @@ impl FiniteVolume {
     /// Replaces what no codec may meet. A volume without one finite sample becomes all zero.
     #[must_use]
     pub fn new(volume: DenseVolume) -> Self {
+        Self::narrowed(volume, 0)
+    }
+
+    /// The same for a volume of which the reader has rounded so many samples to single precision.
+    #[must_use]
+    pub fn narrowed(volume: DenseVolume, rounded: u64) -> Self {
         let flush = |v: f32| if v.is_subnormal() { 0.0 } else { v };
-        let mut replaced = Replaced::default();
+        let mut replaced = Replaced { rounded, ..Replaced::default() };
         let Samples::F32(values) = volume.samples() else {
             let range = volume.value_range().unwrap_or(ValueRange { min: 0.0, max: 0.0 });
             return Self { volume, range, replaced };
@@ -111,7 +126,7 @@ mod tests {
     fn replaces_and_counts() {
         let v = finite(&[1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e-40, -3.0]);
         assert_eq!(v.dense().samples(), &Samples::F32(vec![1.0, -3.0, 1.0, -3.0, 0.0, -3.0]));
-        assert_eq!(v.replaced(), Replaced { nan: 1, infinite: 2, subnormal: 1 });
+        assert_eq!(v.replaced(), Replaced { nan: 1, infinite: 2, subnormal: 1, rounded: 0 });
         assert_eq!(v.range(), ValueRange { min: -3.0, max: 1.0 });
     }
 
@@ -120,5 +135,18 @@ mod tests {
         let v = finite(&[f32::NAN, f32::INFINITY]);
         assert_eq!(v.dense().samples(), &Samples::F32(vec![0.0, 0.0]));
         assert_eq!(v.replaced().total(), 2);
+    }
+
+    #[test]
+    fn rounded_samples_are_told_apart() {
+        let layout = VolumeLayout::scalar(Extent::ONE, SampleType::F32);
+        let one = |value| DenseVolume::new(layout.clone(), Samples::F32(vec![value])).unwrap();
+        let v = FiniteVolume::narrowed(one(f32::NAN), 1);
+        assert_eq!((v.replaced().total(), v.replaced().rounded), (1, 1));
+        let json = |v: &FiniteVolume| serde_json::to_string(&v.replaced()).unwrap();
+        assert!(json(&v).contains("\"rounded\":1"));
+        let exact = FiniteVolume::new(one(1.0));
+        assert!(!json(&exact).contains("rounded"), "containers of exact samples are what they were");
+        assert_eq!(serde_json::from_str::<Replaced>(&json(&exact)).unwrap(), exact.replaced());
     }
 }

@@ -11,6 +11,7 @@ mod layout;
 mod range;
 mod sample;
 mod source;
+mod stored;
 
 pub use brick::{BrickKey, Level, Region};
 pub use dense::{DenseVolume, Samples};
@@ -20,3 +21,4 @@ pub use layout::{FrameIndex, LayoutError, VolumeLayout};
 pub use range::ValueRange;
 pub use sample::SampleType;
 pub use source::{BrickSource, Dependencies, NoReferences, ReferenceFrames, SourceError};
+pub use stored::StoredType;

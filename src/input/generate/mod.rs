@@ -4,15 +4,16 @@
 //! volume that is no cube shows the same signal stretched, and spacing is 1. Integers take the signal scaled
 //! to `0..=MAX` of their type and rounded (signed types stay in their positive half); `f32` takes it as it is.
 
+mod advected_blobs;
 mod marschner_lobb;
 mod shepp_logan;
 mod turbulence;
 
-use cvr_core::volume::{DenseVolume, Extent, SampleType, Samples};
+use cvr_core::volume::{DenseVolume, Extent, SampleType, Samples, StoredType};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::layout::scalar_layout;
+use super::layout::{Shape, StoredLayout};
 use super::{InputError, Place};
 
 /// A test signal.
@@ -25,11 +26,13 @@ pub enum Generator {
     MarschnerLobb,
     /// Octaves of value noise, seeded, from integer arithmetic alone.
     Turbulence,
+    /// Smooth blobs in a vortex, seeded: the one that moves.
+    AdvectedBlobs,
 }
 
 impl Generator {
     /// All generators, in the order in which help texts list them.
-    pub const ALL: [Self; 3] = [Self::SheppLogan, Self::MarschnerLobb, Self::Turbulence];
+    pub const ALL: [Self; 4] = [Self::SheppLogan, Self::MarschnerLobb, Self::Turbulence, Self::AdvectedBlobs];
 
     /// Name used in TOML and on the command line.
     #[must_use]
@@ -38,6 +41,7 @@ impl Generator {
             Self::SheppLogan => "shepp-logan",
             Self::MarschnerLobb => "marschner-lobb",
             Self::Turbulence => "turbulence",
+            Self::AdvectedBlobs => "advected-blobs",
         }
     }
 
@@ -70,41 +74,52 @@ fn signed_centre(i: u32, n: u32) -> f64 {
     2.0 * centre(i, n) - 1.0
 }
 
-/// Samples a test signal. Only [`Generator::Turbulence`] depends on `seed`.
-///
-/// The samples are the same on every machine, but for [`Generator::MarschnerLobb`]: it calls the machine's `sin`
-/// and `cos`, whose last bit may differ.
+/// One frame of a test signal; see [`generate_frames`].
 ///
 /// # Errors
-/// When the volume is larger than [`super::MAX_VOLUME_BYTES`] or does not fit into memory.
+/// As [`generate_frames`].
 pub fn generate(
     kind: Generator,
     extent: Extent,
     sample: SampleType,
     seed: u64,
 ) -> Result<DenseVolume, InputError> {
-    let signal: Box<dyn Signal> = match kind {
-        Generator::SheppLogan => Box::new(shepp_logan::SheppLogan::new(extent)),
-        Generator::MarschnerLobb => Box::new(marschner_lobb::MarschnerLobb::new(extent)),
-        Generator::Turbulence => Box::new(turbulence::Turbulence::new(extent, seed)),
-    };
+    generate_frames(kind, extent, 1, sample, seed)
+}
+
+/// Samples a test signal over so many time steps. Only [`Generator::Turbulence`] and [`Generator::AdvectedBlobs`]
+/// depend on `seed`, and only the latter moves: the frames of the others are equal.
+///
+/// The samples are the same on every machine, but for [`Generator::MarschnerLobb`]: it calls the machine's `sin`
+/// and `cos`, whose last bit may differ.
+///
+/// # Errors
+/// When there is no frame, or the volume is larger than [`super::MAX_VOLUME_BYTES`] or does not fit into memory.
+pub fn generate_frames(
+    kind: Generator,
+    extent: Extent,
+    frames: u32,
+    sample: SampleType,
+    seed: u64,
+) -> Result<DenseVolume, InputError> {
     let place = Place::Generator(kind);
-    let layout = scalar_layout(&place, extent.to_array(), [1.0; 3], sample)?;
-    let signal = signal.as_ref();
+    let shape = Shape { frames, ..Shape::scalar(extent.to_array()) };
+    let StoredLayout { layout, .. } = StoredLayout::new(&place, shape, [1.0; 3], StoredType::from(sample))?;
+    let signal = |frame: u32| -> Box<dyn Signal> {
+        match kind {
+            Generator::SheppLogan => Box::new(shepp_logan::SheppLogan::new(extent)),
+            Generator::MarschnerLobb => Box::new(marschner_lobb::MarschnerLobb::new(extent)),
+            Generator::Turbulence => Box::new(turbulence::Turbulence::new(extent, seed)),
+            Generator::AdvectedBlobs => Box::new(advected_blobs::AdvectedBlobs::new(extent, seed, frame)),
+        }
+    };
+    let series = Series { extent, frames, moves: kind == Generator::AdvectedBlobs, signal: &signal };
     let samples = match sample {
-        SampleType::U8 => {
-            sampled(extent, signal, |v| (v * f64::from(u8::MAX)).round() as u8).map(Samples::U8)
-        }
-        SampleType::I8 => {
-            sampled(extent, signal, |v| (v * f64::from(i8::MAX)).round() as i8).map(Samples::I8)
-        }
-        SampleType::U16 => {
-            sampled(extent, signal, |v| (v * f64::from(u16::MAX)).round() as u16).map(Samples::U16)
-        }
-        SampleType::I16 => {
-            sampled(extent, signal, |v| (v * f64::from(i16::MAX)).round() as i16).map(Samples::I16)
-        }
-        SampleType::F32 => sampled(extent, signal, |v| v as f32).map(Samples::F32),
+        SampleType::U8 => series.sampled(|v| (v * f64::from(u8::MAX)).round() as u8).map(Samples::U8),
+        SampleType::I8 => series.sampled(|v| (v * f64::from(i8::MAX)).round() as i8).map(Samples::I8),
+        SampleType::U16 => series.sampled(|v| (v * f64::from(u16::MAX)).round() as u16).map(Samples::U16),
+        SampleType::I16 => series.sampled(|v| (v * f64::from(i16::MAX)).round() as i16).map(Samples::I16),
+        SampleType::F32 => series.sampled(|v| v as f32).map(Samples::F32),
         other => {
             return Err(InputError::Unsupported {
                 place,
@@ -123,16 +138,43 @@ pub fn generate(
     })
 }
 
-/// Evaluates the signal slice by slice in parallel; `None` without the memory for it.
-fn sampled<T: Copy + Default + Send>(
+/// A signal over time.
+struct Series<'a> {
+    extent: Extent,
+    frames: u32,
+    /// Whether frames differ.
+    moves: bool,
+    signal: &'a dyn Fn(u32) -> Box<dyn Signal>,
+}
+
+impl Series<'_> {
+    /// Evaluates the signal frame by frame; `None` without the memory for it.
+    fn sampled<T: Copy + Default + Send>(&self, quantised: impl Fn(f64) -> T + Sync) -> Option<Vec<T>> {
+        let voxels = usize::try_from(self.extent.voxels()).ok()?;
+        let count = voxels.checked_mul(self.frames as usize)?;
+        let mut samples = Vec::new();
+        samples.try_reserve_exact(count).ok()?;
+        samples.resize(count, T::default());
+        let (first, others) = samples.split_at_mut(voxels);
+        sample_frame(self.extent, (self.signal)(0).as_ref(), &quantised, first);
+        for (frame, number) in others.chunks_exact_mut(voxels).zip(1..) {
+            if self.moves {
+                sample_frame(self.extent, (self.signal)(number).as_ref(), &quantised, frame);
+            } else {
+                frame.copy_from_slice(first);
+            }
+        }
+        Some(samples)
+    }
+}
+
+/// Evaluates one frame slice by slice in parallel.
+fn sample_frame<T: Copy + Default + Send>(
     extent: Extent,
     signal: &dyn Signal,
-    quantised: impl Fn(f64) -> T + Sync,
-) -> Option<Vec<T>> {
-    let count = usize::try_from(extent.voxels()).ok()?;
-    let mut samples = Vec::new();
-    samples.try_reserve_exact(count).ok()?;
-    samples.resize(count, T::default());
+    quantised: &(impl Fn(f64) -> T + Sync),
+    samples: &mut [T],
+) {
     let nx = extent.x() as usize;
     let slice = nx * extent.y() as usize;
     samples.par_chunks_mut(slice).zip(0..extent.z()).for_each_init(
@@ -146,5 +188,4 @@ fn sampled<T: Copy + Default + Send>(
             }
         },
     );
-    Some(samples)
 }

@@ -80,7 +80,7 @@ const fn lerp(a: i64, b: i64, t: i64) -> i64 {
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): every input bit reaches every output bit.
-const fn mix(h: u64) -> u64 {
+pub(super) const fn mix(h: u64) -> u64 {
     let h = h.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let h = (h ^ (h >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let h = (h ^ (h >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

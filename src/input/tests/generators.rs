@@ -2,7 +2,7 @@
 
 use cvr_core::volume::{BrickSource as _, DenseVolume, Extent, SampleType, Samples};
 
-use crate::input::{Generator, generate};
+use crate::input::{Generator, generate, generate_frames};
 
 fn extent(x: u32, y: u32, z: u32) -> Extent {
     Extent::new(x, y, z).unwrap()
@@ -37,6 +37,11 @@ fn agree_with_an_independent_implementation() {
             [398_460, 9, 199, 82, 991_294_207],
             [279_331_112, 706, 25_658, 11_145, 3_071_602_486],
         ),
+        (
+            Generator::AdvectedBlobs,
+            [45_075, 0, 255, 103, 85_329_631],
+            [31_600_898, 0, 32_767, 13_136, 4_219_523_914],
+        ),
     ] {
         let small = generate(kind, extent(13, 17, 23), SampleType::U8, 7).unwrap();
         let large = generate(kind, extent(40, 33, 21), SampleType::I16, 7).unwrap();
@@ -45,13 +50,42 @@ fn agree_with_an_independent_implementation() {
 }
 
 #[test]
-fn only_turbulence_depends_on_the_seed() {
+fn the_seeded_ones_depend_on_the_seed() {
     for kind in Generator::ALL {
         let [a, b] = [7, 8].map(|seed| generate(kind, extent(13, 17, 23), SampleType::U8, seed).unwrap());
-        assert_eq!(a != b, kind == Generator::Turbulence, "{kind}");
+        let is_seeded = matches!(kind, Generator::Turbulence | Generator::AdvectedBlobs);
+        assert_eq!(a != b, is_seeded, "{kind}");
     }
     let other = generate(Generator::Turbulence, extent(13, 17, 23), SampleType::U8, 8).unwrap();
     assert_eq!(integers(&other).iter().sum::<u64>(), 400_246);
+}
+
+/// Frames 20 and all 24, as above by an implementation in another language.
+#[test]
+fn blobs_move_as_they_should() {
+    let size = extent(13, 17, 23);
+    let series = |frames| generate_frames(Generator::AdvectedBlobs, size, frames, SampleType::U8, 7).unwrap();
+    let all = series(24);
+    assert_eq!((all.layout().frames, facts(&all)), (24, [1_050_833, 0, 255, 0, 2_563_340_946]));
+    let Samples::U8(v) = all.samples() else { panic!("8 bits") };
+    let frames: Vec<&[u8]> = v.chunks_exact(size.voxels() as usize).collect();
+    assert_eq!(frames[20].iter().map(|&s| u64::from(s)).sum::<u64>(), 42_662);
+    assert!(frames.windows(2).all(|w| w[0] != w[1]), "each frame differs from the next");
+    let Samples::U8(few) = series(3).samples().clone() else { panic!("8 bits") };
+    assert!(v.starts_with(&few), "a frame does not depend on how many follow");
+}
+
+#[test]
+fn what_stands_still_repeats_its_frame() {
+    let size = extent(5, 4, 3);
+    for kind in [Generator::SheppLogan, Generator::MarschnerLobb, Generator::Turbulence] {
+        let one = generate(kind, size, SampleType::I16, 1).unwrap();
+        let three = generate_frames(kind, size, 3, SampleType::I16, 1).unwrap();
+        let Samples::I16(one) = one.samples() else { panic!("16 bits") };
+        assert_eq!(three.samples(), &Samples::I16(one.repeat(3)), "{kind}");
+    }
+    let none = generate_frames(Generator::SheppLogan, size, 0, SampleType::I16, 1);
+    assert!(none.unwrap_err().to_string().contains("at least one frame"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! MetaImage headers with one fault each, and the message that each gives; then headerless files and paths.
 
-use cvr_core::volume::{DenseVolume, Extent, SampleType, Samples, VolumeLayout};
+use cvr_core::volume::{Extent, SampleType, StoredType};
 
 use super::{Folder, zlib};
 use crate::input::{RawLayout, open, open_raw, write_nrrd};
@@ -43,14 +43,14 @@ fn what_is_not_supported() {
         "v.mha, line 1: `ObjectType` `Tube` is not supported; supported: Image"
     );
     assert_eq!(
-        with(2, "NDims = 4"),
-        "v.mha, line 2: `NDims` `4` is not supported; \
-         supported: NDims = 3, a scalar volume; save one volume of a series"
+        with(2, "NDims = 5"),
+        "v.mha, line 2: `NDims` `5` is not supported; supported: NDims = 3, or 4 for frames"
     );
     assert_eq!(
-        with(5, "ElementType = MET_DOUBLE"),
-        "v.mha, line 5: `ElementType` `MET_DOUBLE` is not supported; \
-         supported: MET_UCHAR, MET_CHAR, MET_USHORT, MET_SHORT, MET_FLOAT"
+        with(5, "ElementType = MET_STRING"),
+        "v.mha, line 5: `ElementType` `MET_STRING` is not supported; \
+         supported: MET_UCHAR, MET_CHAR, MET_USHORT, MET_SHORT, MET_UINT, MET_INT, MET_ULONG, MET_LONG, \
+         MET_ULONG_LONG, MET_LONG_LONG, MET_FLOAT, MET_DOUBLE"
     );
     for series in ["LIST", "slice%03d.raw 1 10 1"] {
         assert_eq!(
@@ -62,9 +62,8 @@ fn what_is_not_supported() {
         );
     }
     assert_eq!(
-        plus("ElementNumberOfChannels = 3"),
-        "v.mha, line 6: `ElementNumberOfChannels` `3` is not supported; \
-         supported: 1, a scalar volume; save one channel"
+        plus("ElementNumberOfChannels = 2"),
+        "v.mha, line 6: `ElementNumberOfChannels` `2` is not supported; supported: 1 (scalar) or 3 (RGB)"
     );
     assert_eq!(
         plus("BinaryData = False"),
@@ -184,7 +183,7 @@ fn data_that_do_not_fit() {
 fn headerless_files() {
     let folder = Folder::new();
     let path = folder.write("v.raw", "", &DATA);
-    let spec = RawLayout::new(Extent::new(3, 4, 2).unwrap(), SampleType::F32);
+    let spec = RawLayout::new(Extent::new(3, 4, 2).unwrap(), StoredType::F32);
     let refusal = |spec: &RawLayout| folder.message(open_raw(&path, spec));
     assert_eq!(
         refusal(&spec),
@@ -192,7 +191,7 @@ fn headerless_files() {
          the file is cut short, or the dimensions, type or skip are wrong"
     );
     assert_eq!(
-        refusal(&RawLayout { sample: SampleType::U8, skip_bytes: 3, ..spec }),
+        refusal(&RawLayout { stored: StoredType::U8, skip_bytes: 3, ..spec }),
         "v.raw: 3×4×2 voxels of u8 take 24 bytes, but 45 are there; \
          correct the dimensions or type, or skip what stands in front of the voxels"
     );
@@ -217,36 +216,26 @@ fn headerless_files() {
 fn files_of_no_known_format() {
     let folder = Folder::new();
     assert_eq!(
-        folder.refusal("v.vti", "<VTK \"x\">", &[0, 200]),
-        "v.vti: neither the extension \"vti\" nor the first bytes \"<VTK \\\"x\\\">\\x00\\xc8\" tell a format; \
-         supported: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), and headerless raw files, whose dimensions, \
-         sample type and byte order must be given"
+        folder.refusal("v.xyz", "<VTK \"x\">", &[0, 200]),
+        "v.xyz: neither the extension \"xyz\" nor the first bytes \"<VTK \\\"x\\\">\\x00\\xc8\" tell a format; \
+         supported: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI-1 (.nii, .nii.gz), VTK image data (.vti), \
+         NumPy arrays (.npy), TIFF stacks (.tif), folders of TIFF or PNG slices, and headerless raw files, whose \
+         dimensions, sample type and byte order must be given"
     );
     assert_eq!(
         folder.message(open(&folder.path("gone.nrrd"))),
         "gone.nrrd: cannot open the file: No such file or directory (os error 2)"
     );
-    assert!(
-        folder
-            .message(open(folder.0.path()))
-            .ends_with("not a regular file; give the path of a file that holds a volume")
-    );
+    assert!(folder.message(open(folder.0.path())).ends_with(
+        ": the folder holds no slices; give a folder of .tif, .tiff or .png files; \
+         headerless files need their layout: dims and dtype"
+    ));
     assert!(folder.refusal("empty.nrrd", "", &[]).starts_with("empty.nrrd, line 1: the magic ``"));
 }
 
 #[test]
 fn what_cannot_be_written_leaves_nothing() {
     let folder = Folder::new();
-    let layout = VolumeLayout { channels: 3, ..VolumeLayout::scalar(Extent::ONE, SampleType::U8) };
-    let volume = DenseVolume::new(layout, Samples::U8(vec![1, 2, 3])).unwrap();
-    let error = write_nrrd(&folder.path("rgb.nrrd"), &volume).unwrap_err().to_string();
-    assert!(
-        error.ends_with(
-            "rgb.nrrd: a volume of 1×1×1 with 3 channels and 1 frames cannot be written; \
-             supported: one frame of scalars"
-        ),
-        "{error}"
-    );
     let volume = super::small(SampleType::U8, [1.0; 3]);
     assert!(write_nrrd(&folder.path("no/such/folder.nrrd"), &volume).is_err());
     std::fs::create_dir(folder.path("taken.nrrd")).unwrap();

@@ -1,11 +1,16 @@
 //! Tests of the room as its users see it: files in a temporary folder, messages without that folder's name.
 
+mod foreign;
 mod generators;
 mod hostile;
+mod hostile_binary;
+mod lies;
 mod metaimage_errors;
 mod nrrd_errors;
 mod real;
 mod round_trips;
+mod sequences;
+mod written;
 
 use std::io::Write as _;
 use std::path::PathBuf;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cvr_core::volume::{BrickSource as _, DenseVolume, Extent, SampleType, Samples, ValueRange};
+use cvr_core::volume::{BrickSource as _, DenseVolume, Extent, SampleType, Samples, StoredType, ValueRange};
 
 use crate::input::{RawLayout, open, open_raw};
 
@@ -60,7 +60,7 @@ fn lidc_chest() {
 #[test]
 fn vorticity() {
     let Some(path) = file("vorticity.128_128_41") else { return };
-    let spec = RawLayout::new(Extent::new(128, 128, 41).unwrap(), SampleType::F32);
+    let spec = RawLayout::new(Extent::new(128, 128, 41).unwrap(), StoredType::F32);
     let volume = open_raw(&path, &spec).unwrap();
     check(&volume, [128, 128, 41], SampleType::F32, [1.0; 3], (-0.00020433865, 0.00022811173));
     assert_eq!(voxel(&volume, [100, 64, 20]), 2.0769743e-5);

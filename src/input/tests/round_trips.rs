@@ -183,7 +183,7 @@ fn raw_of_every_type_and_order() {
                     byte_order,
                     spacing: SPACING,
                     skip_bytes: front.len() as u64,
-                    ..RawLayout::new(volume.layout().extent, sample)
+                    ..RawLayout::new(volume.layout().extent, sample.into())
                 };
                 assert_eq!(open_raw(&path, &spec).unwrap(), volume, "{sample} {byte_order:?}");
             }

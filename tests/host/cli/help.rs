@@ -3,7 +3,7 @@
 use super::super::folder::Folder;
 
 /// Every command with the options that it has of its own.
-const COMMANDS: [(&str, &[&str]); 10] = [
+const COMMANDS: [(&str, &[&str]); 11] = [
     (
         "run",
         &[
@@ -43,6 +43,7 @@ const COMMANDS: [(&str, &[&str]); 10] = [
             "--skip-bytes",
         ],
     ),
+    ("convert", &["<IN>", "<OUT>", "--dims", "--dtype", "--frames", "--channels", "--spacing"]),
     ("info", &["<FILE>", "--dims", "--dtype"]),
     ("codecs", &[]),
     ("devices", &[]),

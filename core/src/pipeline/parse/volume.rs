@@ -6,14 +6,28 @@ use super::super::file_path::FilePath;
 use super::super::read::{Fields, unknown};
 use super::{Known, name_of};
 use crate::diagnostic::Diagnostic;
-use crate::volume::{Extent, SampleType};
+use crate::volume::{Extent, SampleType, StoredType};
 
 /// Keys of a volume.
-pub(in super::super) const VOLUME_KEYS: &[&str] =
-    &["name", "file", "generate", "dims", "dtype", "byte_order", "spacing", "skip_bytes"];
+pub(in super::super) const VOLUME_KEYS: &[&str] = &[
+    "name",
+    "file",
+    "files",
+    "generate",
+    "dims",
+    "frames",
+    "channels",
+    "dtype",
+    "byte_order",
+    "spacing",
+    "skip_bytes",
+];
 
-/// Keys that describe a headerless file only.
-const RAW_KEYS: [&str; 3] = ["byte_order", "spacing", "skip_bytes"];
+/// Keys of volumes from files that a generated one has no use for.
+const FILE_KEYS: [&str; 4] = ["channels", "byte_order", "spacing", "skip_bytes"];
+
+/// Keys that describe a headerless file: with one of them, all that are required must be there.
+const RAW_KEYS: [&str; 6] = ["dims", "frames", "channels", "dtype", "byte_order", "skip_bytes"];
 
 /// Voxels along each axis of a generated volume, unless the configuration says otherwise.
 const DEFAULT_EDGE: u32 = 64;
@@ -23,16 +37,21 @@ pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<Volume, Diagnostic>
     let name = name_of(&fields, "name = \"bonsai\"")?;
     let what = format!("volume `{name}`");
     let fields = Fields::open(&what, node)?;
-    let source = match (fields.entry("file"), fields.entry("generate")) {
-        (Some(file), Some(generate)) => {
-            let message = format!("{what} has both `file` and `generate`");
-            return Err(Diagnostic::new(message, generate.place.clone(), "here a generator")
-                .with_secondary(file.place.clone(), "here a file")
+    let origins = [("file", "a file"), ("files", "a sequence of files"), ("generate", "a generator")];
+    let mut given = origins.into_iter().filter_map(|(key, thing)| Some((fields.entry(key)?, thing)));
+    let source = match (given.next(), given.next()) {
+        (Some((first, thing)), Some((second, other))) => {
+            let message = format!("{what} has both `{}` and `{}`", first.key, second.key);
+            return Err(Diagnostic::new(message, second.place.clone(), format!("here {other}"))
+                .with_secondary(first.place.clone(), format!("here {thing}"))
                 .with_note("keep one of the two"));
         }
-        (Some(file), None) => file_source(&fields, &file.node)?,
-        (None, Some(generate)) => generated_source(&fields, &generate.node, known)?,
-        (None, None) => {
+        (Some((entry, _)), None) => match entry.key.as_str() {
+            "generate" => generated_source(&fields, &entry.node, known)?,
+            "files" => file_source(&fields, sequence(&entry.node)?)?,
+            _ => file_source(&fields, vec![path(&entry.node)?])?,
+        },
+        (None, _) => {
             let error =
                 node.error(format!("{what} has neither `file` nor `generate`"), "one is missing here");
             return Err(error.with_note("write, for instance, `file = \"$CVR_DATA/bonsai.nrrd\"`"));
@@ -50,8 +69,8 @@ fn generated_source(
     if !known.generators.contains(&generator) {
         return Err(unknown(&generate.place, "generator", generator, known.generators));
     }
-    if let Some(entry) = RAW_KEYS.iter().find_map(|key| fields.entry(key)) {
-        let message = format!("`{}` describes a headerless file; this volume is generated", entry.key);
+    if let Some(entry) = FILE_KEYS.iter().find_map(|key| fields.entry(key)) {
+        let message = format!("`{}` describes a file; this volume is generated", entry.key);
         return Err(Diagnostic::new(message, entry.place.clone(), "has no meaning here")
             .with_note("remove this line, or read the volume with `file`"));
     }
@@ -59,33 +78,63 @@ fn generated_source(
     Ok(VolumeSource::Generated {
         generator: generator.to_owned(),
         extent: fields.optional("dims", dims)?.unwrap_or(edge),
+        frames: fields.optional("frames", frames)?.unwrap_or(1),
         sample: fields.optional("dtype", sample)?.unwrap_or(SampleType::U8),
     })
 }
 
-fn file_source(fields: &Fields<'_>, file: &Node) -> Result<VolumeSource, Diagnostic> {
-    let path = FilePath::new(file.text()?).map_err(|e| {
+fn path(file: &Node) -> Result<FilePath, Diagnostic> {
+    FilePath::new(file.text()?).map_err(|e| {
         file.error(e.to_string(), "not a path")
             .with_note("`$NAME` and `${NAME}` stand for environment variables, `$$` for `$`")
-    })?;
-    let described = ["dims", "dtype"].iter().chain(&RAW_KEYS).any(|key| fields.get(key).is_some());
-    if !described {
-        return Ok(VolumeSource::File { path, raw: None });
+    })
+}
+
+/// The files of `files`, at least one. One may be listed twice: its frames are then shown twice.
+fn sequence(list: &Node) -> Result<Vec<FilePath>, Diagnostic> {
+    let items = list.list("a list of paths")?;
+    if items.is_empty() {
+        return Err(list
+            .error("the list names no file", "empty list")
+            .with_note("name at least one, or write `file = \"step*.raw\"` for all that a pattern matches"));
+    }
+    items.iter().map(path).collect()
+}
+
+fn file_source(fields: &Fields<'_>, files: Vec<FilePath>) -> Result<VolumeSource, Diagnostic> {
+    let spacing = fields.optional("spacing", spacing)?;
+    if !RAW_KEYS.iter().any(|key| fields.get(key).is_some()) {
+        return Ok(VolumeSource::File { files, raw: None, spacing });
     }
     let byte_orders = [ByteOrder::Little, ByteOrder::Big].map(|order| (order.name(), order));
     let raw = RawLayout {
         extent: dims(fields.require("dims", "dims = [256, 256, 128]")?)?,
-        sample: sample(fields.require("dtype", "dtype = \"u8\"")?)?,
+        channels: fields.optional("channels", channels)?.unwrap_or(1),
+        frames: fields.optional("frames", frames)?.unwrap_or(1),
+        stored: stored(fields.require("dtype", "dtype = \"u8\"")?)?,
         byte_order: fields
             .optional("byte_order", |n| n.one_of("byte order", &byte_orders))?
             .unwrap_or_default(),
-        spacing: fields.optional("spacing", spacing)?.unwrap_or([1.0; 3]),
+        spacing: spacing.unwrap_or([1.0; 3]),
         skip_bytes: fields
             .optional("skip_bytes", |n| n.integer(0, i64::MAX, "a number of bytes, from 0"))?
             .unwrap_or(0)
             .unsigned_abs(),
     };
-    Ok(VolumeSource::File { path, raw: Some(raw) })
+    Ok(VolumeSource::File { files, raw: Some(raw), spacing: None })
+}
+
+fn frames(node: &Node) -> Result<u32, Diagnostic> {
+    let frames = node.integer(1, i64::from(u32::MAX), "a number of time steps, from 1")?;
+    Ok(u32::try_from(frames).unwrap_or(u32::MAX))
+}
+
+fn channels(node: &Node) -> Result<u32, Diagnostic> {
+    match node.integer(1, 3, "1 (scalar) or 3 (RGB)")? {
+        1 => Ok(1),
+        3 => Ok(3),
+        _ => Err(node.not_allowed("1 (scalar) or 3 (RGB)")),
+    }
 }
 
 fn dims(node: &Node) -> Result<Extent, Diagnostic> {
@@ -100,6 +149,10 @@ fn dims(node: &Node) -> Result<Extent, Diagnostic> {
 
 fn sample(node: &Node) -> Result<SampleType, Diagnostic> {
     node.one_of("sample type", &SampleType::ALL.map(|t| (t.name(), t)))
+}
+
+fn stored(node: &Node) -> Result<StoredType, Diagnostic> {
+    node.one_of("sample type", &StoredType::ALL.map(|t| (t.name(), t)))
 }
 
 fn spacing(node: &Node) -> Result<[f64; 3], Diagnostic> {

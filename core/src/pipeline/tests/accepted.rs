@@ -2,16 +2,19 @@
 
 use super::*;
 use crate::codec::SettingValue;
-use crate::pipeline::{ByteOrder, TransferDomain, VolumeSource};
+use crate::pipeline::{ByteOrder, FilePath, TransferDomain, VolumeSource};
 use crate::render::{Camera, Filter, Projection};
-use crate::volume::{Extent, SampleType, ValueRange};
+use crate::volume::{Extent, SampleType, StoredType, ValueRange};
 
 #[test]
 fn the_example_reads_as_it_stands() {
     let experiment = read(EXAMPLE, &[]).unwrap();
     assert_eq!((experiment.name.as_str(), experiment.seed), ("compare", 1));
-    let VolumeSource::File { path, raw: None } = &experiment.volumes[0].source else { panic!("a file") };
-    assert_eq!(path.written(), "$CVR_DATA/bonsai.nrrd");
+    let VolumeSource::File { files, raw: None, spacing: None } = &experiment.volumes[0].source else {
+        panic!("a file")
+    };
+    let written: Vec<&str> = files.iter().map(FilePath::written).collect();
+    assert_eq!(written, ["$CVR_DATA/bonsai.nrrd"]);
     assert_eq!(experiment.codecs[0].sweeps, []);
     let [block, bits] = experiment.codecs[1].sweeps.as_slice() else { panic!("two sweeps") };
     assert_eq!(block.values, ["4", "8", "8x8x4"].map(|v| SettingValue::Text(v.to_owned())));
@@ -33,6 +36,7 @@ fn little_needs_to_be_written() {
     let expected = VolumeSource::Generated {
         generator: "shepp-logan".to_owned(),
         extent: Extent::cube(64).unwrap(),
+        frames: 1,
         sample: SampleType::U8,
     };
     assert_eq!(experiment.volumes[0].source, expected);
@@ -44,7 +48,7 @@ fn little_needs_to_be_written() {
 fn every_key_is_read() {
     let text = edited(
         "file = \"$CVR_DATA/bonsai.nrrd\"",
-        "file = 'x.raw'\ndims = [3, 4, 5]\ndtype = 'i16'\nbyte_order = 'big'\nspacing = [1, 2.5, 3]\nskip_bytes = 7",
+        "file = 'x.raw'\ndims = [3, 4, 5]\nframes = 6\nchannels = 3\ndtype = 'i64'\nbyte_order = 'big'\nspacing = [1, 2.5, 3]\nskip_bytes = 7",
     );
     let text = text.replace(
         "projection = \"perspective\" }",
@@ -53,12 +57,36 @@ fn every_key_is_read() {
     );
     let experiment = read(&text, &[]).unwrap();
     let VolumeSource::File { raw: Some(raw), .. } = &experiment.volumes[0].source else { panic!("raw") };
-    assert_eq!((raw.extent.to_array(), raw.sample), ([3, 4, 5], SampleType::I16));
+    assert_eq!((raw.extent.to_array(), raw.stored), ([3, 4, 5], StoredType::I64));
+    assert_eq!((raw.frames, raw.channels), (6, 3));
     assert_eq!((raw.byte_order, raw.spacing, raw.skip_bytes), (ByteOrder::Big, [1.0, 2.5, 3.0], 7));
     let scene = &experiment.scenes[0];
     assert_eq!((scene.camera.projection, scene.camera.field_of_view), (Projection::Orthographic, 45.0));
     assert_eq!((scene.background, scene.early_termination), ([1.0, 0.0, 0.0], 1.0));
     assert_eq!(scene.volumes.as_deref(), Some(["bonsai".to_owned()].as_slice()));
+}
+
+#[test]
+fn sequences_and_moving_volumes() {
+    let source = |key: &str| {
+        let text = edited("file = \"$CVR_DATA/bonsai.nrrd\"", key);
+        read(&text, &[]).unwrap().volumes.remove(0).source
+    };
+    let files = |source: &VolumeSource| match source {
+        VolumeSource::File { files, .. } => files.iter().map(|f| f.written().to_owned()).collect::<Vec<_>>(),
+        VolumeSource::Generated { .. } => panic!("files"),
+    };
+    assert_eq!(files(&source("files = ['b.nrrd', 'a.nrrd', 'b.nrrd']")), ["b.nrrd", "a.nrrd", "b.nrrd"]);
+    assert_eq!(files(&source("file = 'step*.raw'\ndims = [4, 4, 4]\ndtype = 'f64'")), ["step*.raw"]);
+    let VolumeSource::File { raw: None, spacing, .. } = source("file = 'ct.tif'\nspacing = [1, 1, 2.5]")
+    else {
+        panic!("no headerless file")
+    };
+    assert_eq!(spacing, Some([1.0, 1.0, 2.5]), "spacing alone makes no file headerless");
+    let VolumeSource::Generated { frames, .. } = source("generate = 'shepp-logan'\nframes = 24") else {
+        panic!("generated")
+    };
+    assert_eq!(frames, 24);
 }
 
 #[test]

@@ -30,8 +30,8 @@ fn overrides_reach_tables_lists_and_names() {
     assert_eq!((front.background, experiment.seed), ([1.0; 3], 2));
     assert_eq!(experiment.codecs[1].sweeps[0].values, [SettingValue::Text("8x8x4".to_owned())]);
     assert_eq!(experiment.pipeline.filters, [Filter::Linear]);
-    let VolumeSource::File { path, .. } = &experiment.volumes[0].source else { panic!("a file") };
-    assert_eq!(path.written(), "/a=b/$X.nrrd");
+    let VolumeSource::File { files, .. } = &experiment.volumes[0].source else { panic!("a file") };
+    assert_eq!(files[0].written(), "/a=b/$X.nrrd");
 }
 
 #[test]

@@ -19,6 +19,13 @@ fn volumes() {
         (file, "file = \"a.raw\"\ndims = [4, 4, 4]\ndtype = \"u8\"\nspacing = [1.0, 0, 1.0]"),
         (file, "file = \"a.raw\"\ndims = [4, 4, 4]\ndtype = \"u8\"\nskip_bytes = -1"),
         (file, "file = \"a.raw\"\ndims = [4, 4, 4]\ndtype = \"u8\"\nbyte_order = \"middle\""),
+        (file, "file = \"a.raw\"\ndims = [4, 4, 4]\ndtype = \"u8\"\nchannels = 2"),
+        (file, "file = \"a.raw\"\ndims = [4, 4, 4]\ndtype = \"u8\"\nframes = 0"),
+        (file, "files = []"),
+        (file, "files = \"a.nrrd\""),
+        (file, "files = [\"a.nrrd\", 3]"),
+        (file, "file = \"a\"\nfiles = [\"b\"]"),
+        (file, "generate = \"shepp-logan\"\nframes = \"many\""),
         ("name = \"bonsai\"", "name = \"\""),
         (file, "file = \"a\"\n[[volume]]\nname = \"Bonsai\"\nfile = \"b\""),
     ]);
@@ -58,7 +65,7 @@ fn volumes() {
       = did you mean `shepp-logan`?
       = known generators: shepp-logan, marschner-lobb
 
-    error: `spacing` describes a headerless file; this volume is generated
+    error: `spacing` describes a file; this volume is generated
       ┌─ x.toml:8:1
       │
     8 │ spacing = [1, 1, 1]      # or generate = "shepp-logan", dims = [128, 128, 128]
@@ -100,7 +107,7 @@ fn volumes() {
     9 │ dtype = "uint8"      # or generate = "shepp-logan", dims = [128, 128, 128]
       │         ^^^^^^^ unknown sample type
       │
-      = known sample types: u8, i8, u16, i16, f32
+      = known sample types: u8, i8, u16, i16, u32, i32, u64, i64, f32, f64
 
     error: expected a length above 0, found `0`
        ┌─ x.toml:10:17
@@ -121,6 +128,54 @@ fn volumes() {
        │              ^^^^^^^^ unknown byte order
        │
        = known byte orders: little, big
+
+    error: expected 1 (scalar) or 3 (RGB), found `2`
+       ┌─ x.toml:10:12
+       │
+    10 │ channels = 2      # or generate = "shepp-logan", dims = [128, 128, 128]
+       │            ^ expected 1 (scalar) or 3 (RGB)
+
+    error: expected a number of time steps, from 1, found `0`
+       ┌─ x.toml:10:10
+       │
+    10 │ frames = 0      # or generate = "shepp-logan", dims = [128, 128, 128]
+       │          ^ expected a number of time steps, from 1
+
+    error: the list names no file
+      ┌─ x.toml:7:9
+      │
+    7 │ files = []      # or generate = "shepp-logan", dims = [128, 128, 128]
+      │         ^^ empty list
+      │
+      = name at least one, or write `file = "step*.raw"` for all that a pattern matches
+
+    error: expected a list of paths, found a string
+      ┌─ x.toml:7:9
+      │
+    7 │ files = "a.nrrd"      # or generate = "shepp-logan", dims = [128, 128, 128]
+      │         ^^^^^^^^ expected a list of paths
+
+    error: expected a string, found an integer
+      ┌─ x.toml:7:20
+      │
+    7 │ files = ["a.nrrd", 3]      # or generate = "shepp-logan", dims = [128, 128, 128]
+      │                    ^ expected a string
+
+    error: volume `bonsai` has both `file` and `files`
+      ┌─ x.toml:8:1
+      │
+    7 │ file = "a"
+      │ ---- here a file
+    8 │ files = ["b"]      # or generate = "shepp-logan", dims = [128, 128, 128]
+      │ ^^^^^ here a sequence of files
+      │
+      = keep one of the two
+
+    error: expected a number of time steps, from 1, found a string
+      ┌─ x.toml:8:10
+      │
+    8 │ frames = "many"      # or generate = "shepp-logan", dims = [128, 128, 128]
+      │          ^^^^^^ expected a number of time steps, from 1
 
     error: expected a name without control characters, found `""`
       ┌─ x.toml:6:8

@@ -7,14 +7,15 @@ use std::path::Path;
 use cvr_core::file::write_whole;
 use cvr_core::volume::{BrickSource as _, DenseVolume, SampleType};
 
-use super::{ByteOrder, InputError, Place};
+use super::super::{ByteOrder, InputError, Place};
 
-/// Writes one scalar frame as an NRRD file that [`super::open`] reads back bit for bit.
+/// Writes an NRRD file that [`crate::input::open`] reads back bit for bit: scalars as three axes, colours with an
+/// axis `RGB-color` before them, several frames with an axis `list` behind them.
 ///
 /// The file appears under its name only when it is whole; one that stood there before is replaced then.
 ///
 /// # Errors
-/// When the volume has several channels or frames, or the folder is missing or cannot be written to.
+/// When the folder is missing or cannot be written to.
 pub fn write_nrrd(path: &Path, volume: &DenseVolume) -> Result<(), InputError> {
     let layout = volume.layout();
     let place = Place::file(path);
@@ -32,15 +33,27 @@ pub fn write_nrrd(path: &Path, volume: &DenseVolume) -> Result<(), InputError> {
             });
         }
     };
-    if (layout.channels, layout.frames) != (1, 1) {
-        let (extent, channels, frames) = (layout.extent, layout.channels, layout.frames);
-        return Err(InputError::Unwritable { place, extent, channels, frames });
+    let space = |i: usize| (layout.extent.to_array()[i].to_string(), layout.spacing[i].to_string(), "domain");
+    let mut axes = vec![space(0), space(1), space(2)];
+    let none = || "nan".to_owned();
+    if layout.channels != 1 {
+        axes.insert(0, (layout.channels.to_string(), none(), "RGB-color"));
     }
-    let [nx, ny, nz] = layout.extent.to_array();
-    let [dx, dy, dz] = layout.spacing;
+    if layout.frames != 1 {
+        axes.push((layout.frames.to_string(), none(), "list"));
+    }
+    let line = |of: &dyn Fn(&(String, String, &'static str)) -> String| {
+        axes.iter().map(of).collect::<Vec<_>>().join(" ")
+    };
     let mut header = format!(
-        "NRRD0004\ntype: {type_name}\ndimension: 3\nsizes: {nx} {ny} {nz}\nspacings: {dx} {dy} {dz}\n"
+        "NRRD0004\ntype: {type_name}\ndimension: {}\nsizes: {}\nspacings: {}\n",
+        axes.len(),
+        line(&|a| a.0.clone()),
+        line(&|a| a.1.clone())
     );
+    if axes.len() > 3 {
+        let _ = writeln!(header, "kinds: {}", line(&|a| a.2.to_owned()));
+    }
     if layout.sample.bytes() > 1 {
         let _ = writeln!(header, "endian: {}", ByteOrder::NATIVE.name());
     }

@@ -1,17 +1,25 @@
 //! NRRD, "nearly raw raster data": <https://teem.sourceforge.net/nrrd/format.html>.
 //!
-//! Read are scalar volumes of dimension 3, raw or gzip, attached or detached in one data file.
+//! Read are volumes of three axes in space, besides at most one of 3 values and one of frames; raw or gzip, attached
+//! or detached in one data file.
+
+mod axes;
+mod write;
+
+pub use write::write_nrrd;
 
 use std::path::{Path, PathBuf};
 
-use cvr_core::volume::{DenseVolume, SampleType};
+use cvr_core::volume::StoredType;
 
+use super::axes::rearranged;
 use super::header::{Field, Fields, HeaderText, is_file_pattern, shown};
-use super::layout::scalar_layout;
+use super::layout::StoredLayout;
 use super::payload::{Encoding, Payload, Skip};
-use super::{ByteOrder, InputError, Place};
+use super::{ByteOrder, InputError, InputVolume, Place};
 
-const TYPES: &str = "uint8, int8, uint16, int16, float (and their synonyms)";
+const TYPES: &str =
+    "uint8, int8, uint16, int16, uint32, int32, uint64, int64, float, double (and their synonyms)";
 
 /// Fields of the specification that say nothing about how voxels are stored or spaced, or that are ignored
 /// for now. Any other unread field is refused: a misspelt `spacings` must not become a spacing of 1.
@@ -58,18 +66,12 @@ pub(super) fn has_magic(text: &HeaderText) -> bool {
 }
 
 /// Reads the volume that this header describes.
-pub(super) fn read(text: &HeaderText) -> Result<DenseVolume, InputError> {
+pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
     let (fields, data_offset) = parse(text)?;
-    let dimension = fields.require("dimension", "dimension: 3")?;
-    if dimension.number::<u32>("a whole number")? != 3 {
-        return Err(dimension.unsupported("dimension 3, a scalar volume; save one volume of a series"));
-    }
-    if let Some(kinds) = fields.get("kinds") {
-        check_kinds(kinds)?;
-    }
-    let sample = sample_type(fields.require("type", "type: uint8")?)?;
-    let sizes = fields.require("sizes", "sizes: 256 256 128")?;
-    let layout = scalar_layout(&sizes.place, sizes.dims()?, spacing(&fields)?, sample)?;
+    let dimension = axes::dimension(&fields)?;
+    let stored = sample_type(fields.require("type", "type: uint8")?)?;
+    let read = axes::read(&fields, dimension)?;
+    let layout = StoredLayout::new(&axes::place(&fields), read.shape, read.spacing, stored)?;
     let encoding = encoding(fields.require("encoding", "encoding: raw")?)?;
     let skip_lines = match fields.get("lineskip") {
         Some(field) => field.number("a whole number of lines, 0 or more")?,
@@ -83,7 +85,8 @@ pub(super) fn read(text: &HeaderText) -> Result<DenseVolume, InputError> {
         skip: byte_skip(&fields, encoding)?,
         stored_bytes: None,
         encoding,
-        byte_order: byte_order(&fields, sample)?,
+        byte_order: byte_order(&fields, stored)?,
+        scale: None,
     };
     match (fields.get("datafile"), data_offset) {
         (Some(field), _) => {
@@ -100,7 +103,7 @@ pub(super) fn read(text: &HeaderText) -> Result<DenseVolume, InputError> {
             });
         }
     }
-    payload.read(layout)
+    rearranged(payload.read(&layout)?, &read.axes, &payload.place)
 }
 
 /// The fields, and the offset behind the empty line that ends the header (`None`: no such line).
@@ -150,28 +153,29 @@ fn version(magic: &str) -> Option<u32> {
     magic.strip_prefix("NRRD000").and_then(|v| v.parse().ok())
 }
 
-fn check_kinds(kinds: &Field) -> Result<(), InputError> {
-    let spatial = ["domain", "space", "none", "???"];
-    let is_spatial = |kind: &str| spatial.contains(&kind.to_ascii_lowercase().as_str());
-    if kinds.value.split_whitespace().all(is_spatial) {
-        Ok(())
-    } else {
-        Err(kinds.unsupported("the kinds domain and space on all three axes, a scalar volume"))
-    }
-}
-
-fn sample_type(field: &Field) -> Result<SampleType, InputError> {
+fn sample_type(field: &Field) -> Result<StoredType, InputError> {
     let words: Vec<_> = field.value.split_whitespace().map(str::to_ascii_lowercase).collect();
-    match words.join(" ").as_str() {
-        "uchar" | "unsigned char" | "uint8" | "uint8_t" => Ok(SampleType::U8),
-        "char" | "signed char" | "int8" | "int8_t" => Ok(SampleType::I8),
-        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Ok(SampleType::U16),
-        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => {
-            Ok(SampleType::I16)
+    Ok(match words.join(" ").as_str() {
+        "uchar" | "unsigned char" | "uint8" | "uint8_t" => StoredType::U8,
+        "char" | "signed char" | "int8" | "int8_t" => StoredType::I8,
+        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => StoredType::U16,
+        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => StoredType::I16,
+        "uint" | "unsigned int" | "uint32" | "uint32_t" => StoredType::U32,
+        "int" | "signed int" | "int32" | "int32_t" => StoredType::I32,
+        "ulonglong" | "unsigned long long" | "unsigned long long int" | "uint64" | "uint64_t" => {
+            StoredType::U64
         }
-        "float" => Ok(SampleType::F32),
-        _ => Err(field.unsupported(TYPES)),
-    }
+        "longlong"
+        | "long long"
+        | "long long int"
+        | "signed long long"
+        | "signed long long int"
+        | "int64"
+        | "int64_t" => StoredType::I64,
+        "float" => StoredType::F32,
+        "double" => StoredType::F64,
+        _ => return Err(field.unsupported(TYPES)),
+    })
 }
 
 fn encoding(field: &Field) -> Result<Encoding, InputError> {
@@ -197,10 +201,10 @@ fn byte_skip(fields: &Fields, encoding: Encoding) -> Result<Skip, InputError> {
     }
 }
 
-fn byte_order(fields: &Fields, sample: SampleType) -> Result<ByteOrder, InputError> {
+fn byte_order(fields: &Fields, stored: StoredType) -> Result<ByteOrder, InputError> {
     let Some(field) = fields.get("endian") else {
         // A byte has no order; for anything longer the specification requires the field.
-        return if sample.bytes() == 1 {
+        return if stored.bytes() == 1 {
             Ok(ByteOrder::Little)
         } else {
             Err(fields.missing("endian: little"))
@@ -211,41 +215,6 @@ fn byte_order(fields: &Fields, sample: SampleType) -> Result<ByteOrder, InputErr
         "big" => Ok(ByteOrder::Big),
         _ => Err(field.malformed("`little` or `big`")),
     }
-}
-
-/// From `spacings`, or the lengths of the `space directions`, or 1.
-fn spacing(fields: &Fields) -> Result<[f64; 3], InputError> {
-    match (fields.get("spacings"), fields.get("spacedirections")) {
-        (Some(spacings), Some(directions)) => {
-            let (first, second) =
-                if spacings.line < directions.line { (spacings, directions) } else { (directions, spacings) };
-            Err(second.conflicts(first))
-        }
-        (Some(spacings), None) => spacings.spacing(),
-        (None, Some(directions)) => direction_lengths(directions),
-        (None, None) => Ok([1.0; 3]),
-    }
-}
-
-/// Lengths of three vectors `(a,b,c)`, each of three components, separated by white space.
-fn direction_lengths(field: &Field) -> Result<[f64; 3], InputError> {
-    let malformed = || field.malformed("three vectors of positive, finite length like `(0.5,0,0)`");
-    let mut lengths = [0.0; 3];
-    let mut rest = field.value.as_str();
-    for length in &mut lengths {
-        if rest.to_ascii_lowercase().starts_with("none") {
-            return Err(field.unsupported("three spatial axes, each with a vector"));
-        }
-        let (vector, after) = rest.strip_prefix('(').and_then(|r| r.split_once(')')).ok_or_else(malformed)?;
-        let components: Result<Vec<f64>, _> = vector.split(',').map(|c| c.trim().parse()).collect();
-        let components: [f64; 3] = components.ok().and_then(|c| c.try_into().ok()).ok_or_else(malformed)?;
-        *length = components.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if !length.is_finite() || *length <= 0.0 {
-            return Err(malformed());
-        }
-        rest = after.trim_start();
-    }
-    if rest.is_empty() { Ok(lengths) } else { Err(malformed()) }
 }
 
 /// The one data file, relative to the folder of the header.
