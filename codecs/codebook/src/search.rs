@@ -17,6 +17,8 @@ use crate::{Codebook, Vectors};
 const ROWS: usize = 256;
 /// Codewords in one matrix product: with [`ROWS`] vectors the scores fill 256 KiB.
 const COLUMNS: usize = 256;
+/// Scores that are compared at once.
+const LANES: usize = 16;
 /// Half the distance from 1 to the next single.
 const UNIT: f64 = 1.0 / (1 << 24) as f64;
 
@@ -198,14 +200,18 @@ impl Candidates {
             self.list.retain(|(_, score)| *score <= limit);
         }
         let limit = self.lowest + self.margin;
-        let near = (first..).zip(scores).filter(|(_, score)| **score <= limit);
-        self.list.extend(near.map(|(index, score)| (index, *score)));
+        for (first, scores) in (first..).step_by(LANES).zip(scores.chunks(LANES)) {
+            // Without a branch, so that a chunk is one comparison: hardly any holds a candidate.
+            if scores.iter().fold(false, |any, score| any | (*score <= limit)) {
+                let near = (first..).zip(scores).filter(|(_, score)| **score <= limit);
+                self.list.extend(near.map(|(index, score)| (index, *score)));
+            }
+        }
     }
 }
 
 /// The lowest of some scores, in lanes that a compiler turns into vector instructions.
 fn lowest(scores: &[f32]) -> f32 {
-    const LANES: usize = 16;
     let lower = |a: f32, b: f32| if b < a { b } else { a };
     let mut lanes = [f32::INFINITY; LANES];
     let chunks = scores.chunks_exact(LANES);
