@@ -89,9 +89,8 @@ def ours(vectors, size, kind, folder):
 
 def main():
     print(f"faiss {faiss.__version__}, numpy {np.__version__}, one thread", file=sys.stderr)
-    print("| volume | block | codewords | FAISS, 10 rounds | | FAISS, 25 rounds | | ours | | | gain, dB | time |")
-    print("|---|---|---|---|---|---|---|---|---|---|---|---|")
-    print("| | | | s | dB | s | dB | rounds | s | dB | over 25 rounds | over 25 rounds |")
+    print("| volume | block | codewords | FAISS, 10 rounds: s | dB | 25 rounds: s | dB | ours: rounds | s | dB | gain, dB | time |")
+    print("|" + "---|" * 12)
     with tempfile.TemporaryDirectory() as folder:
         for volume in (bonsai, mr_vs, lidc_chest, vorticity):
             data = volume()

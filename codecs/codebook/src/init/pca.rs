@@ -1,5 +1,5 @@
 //! PCA splits: the cell of largest distortion is cut at its mean, across its principal axis, until there are as many
-//! cells as codewords (Schneider and Westermann 2003, section 4.2).
+//! cells as codewords (Schneider and Westermann 2003).
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
