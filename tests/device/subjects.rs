@@ -93,7 +93,7 @@ fn values(kind: &SettingKind) -> Vec<SettingValue> {
         // A cube, boxes with an odd edge and with a long one, and one that no volume here fills.
         SettingKind::Block { .. } => ["4", "3x5x2", "1x7x16", "8x4x4", "32"]
             .iter()
-            .map(|&b| SettingValue::Text(b.to_owned()))
+            .filter_map(|&b| kind.canonical(&SettingValue::Text(b.to_owned())))
             .collect(),
     }
 }

@@ -39,21 +39,39 @@ fn interesting(kind: &SettingKind) -> Vec<SettingValue> {
     }
 }
 
+/// Most settings of one codec that are tried as a whole product.
+const PRODUCT: usize = 32;
+
+/// All products of the interesting values of a codec's settings; where these are too many, each value of every setting
+/// with each value of the first, the others at their defaults.
+fn sweeps(info: &CodecInfo) -> Vec<CodecSweep> {
+    let of = |sweeps: Vec<Sweep>| CodecSweep { id: info.id.to_owned(), sweeps };
+    let all: Vec<Sweep> = info
+        .settings
+        .iter()
+        .map(|s| Sweep { name: s.name.to_owned(), values: interesting(&s.kind) })
+        .collect();
+    if all.iter().map(|s| s.values.len()).product::<usize>() <= PRODUCT {
+        return vec![of(all)];
+    }
+    let Some((first, others)) = all.split_first() else { return Vec::new() };
+    let mut sweeps = vec![of(vec![first.clone()])];
+    for other in others {
+        let default = info.default_settings();
+        let mut other = other.clone();
+        other.values.retain(|value| default.get(&other.name) != Some(value));
+        sweeps.push(of(vec![first.clone(), other]));
+    }
+    sweeps
+}
+
 /// Everything that the registry offers, as one experiment.
 pub fn everything(names: &Names) -> Experiment {
     let experiment = Document::parse("x.toml", COMPARE).unwrap().experiment(&names.known()).unwrap();
-    let sweep = |info: &CodecInfo| CodecSweep {
-        id: info.id.to_owned(),
-        sweeps: info
-            .settings
-            .iter()
-            .map(|s| Sweep { name: s.name.to_owned(), values: interesting(&s.kind) })
-            .collect(),
-    };
     let source = VolumeSource::file(FilePath::literal("v.nrrd").unwrap());
     Experiment {
         volumes: vec![Volume { name: "v".to_owned(), source }],
-        codecs: names.codecs().iter().map(|codec| sweep(codec.info())).collect(),
+        codecs: names.codecs().iter().flat_map(|codec| sweeps(codec.info())).collect(),
         pipeline: PipelineAxes {
             renderers: renderers().iter().map(|r| r.info().id.to_owned()).collect(),
             sites: Site::ALL.to_vec(),

@@ -1,0 +1,249 @@
+//! LBG (Linde, Buzo and Gray 1980), with codewords that are quantised in every round: vectors choose among the
+//! codewords that a decoder will see.
+
+use cvr_core::codec::{Cancelled, Progress};
+use rayon::prelude::*;
+
+use crate::{Codebook, Nearest, Search, Vectors};
+
+/// When to stop.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Stop {
+    /// Rounds, at most.
+    pub rounds: u32,
+    /// A round that lowers the distortion by no more than this part of it is the last.
+    pub gain: f64,
+}
+
+/// What training yields.
+#[derive(Clone, Debug)]
+pub struct Trained {
+    /// The codewords; each is the nearest of some training vector.
+    pub codebook: Codebook,
+    /// Weighted squared distance of the training vectors from their nearest codewords.
+    pub distortion: f64,
+    /// Rounds taken, of codewords moved.
+    pub rounds: u32,
+}
+
+/// Moves every codeword to the mean of the vectors that are nearest to it, round after round. Codewords that no vector
+/// is nearest to are dropped; in their place, up to `size`, comes the farthest vector of each of the cells of largest
+/// distortion, if a codeword there would be nearer. The distortion never rises.
+///
+/// # Errors
+/// When `run` was cancelled.
+///
+/// # Panics
+/// When there are no vectors or no codewords, or their dimensions differ.
+pub fn refine(
+    vectors: &Vectors,
+    first: Codebook,
+    size: usize,
+    stop: Stop,
+    run: &Progress<'_>,
+) -> Result<Trained, Cancelled> {
+    assert!(!vectors.is_empty(), "no vectors to train on");
+    let mut codebook = first;
+    let mut before: Option<f64> = None;
+    for round in 0.. {
+        run.advance(0)?;
+        let nearest = Search::new(&codebook, None).all(vectors);
+        let cells = Cells::new(&nearest, codebook.size());
+        let distortions: Vec<f64> =
+            (0..codebook.size()).into_par_iter().map(|k| cells.distortion(k, vectors, &nearest)).collect();
+        let distortion: f64 = distortions.iter().sum();
+        let settled = before.is_some_and(|before| before - distortion <= stop.gain * before);
+        if round >= stop.rounds || distortion == 0.0 || settled {
+            let codebook = codebook.kept(|k| !cells.members(k).is_empty());
+            return Ok(Trained { codebook, distortion, rounds: round });
+        }
+        before = Some(distortion);
+        let moved: Vec<f64> = (0..codebook.size())
+            .into_par_iter()
+            .filter(|k| !cells.members(*k).is_empty())
+            .flat_map_iter(|k| cells.mean(k, vectors))
+            .collect();
+        let mut next = Codebook::nearest_to(&moved, codebook.dimension(), codebook.quantiser());
+        fill(&mut next, size, vectors, &nearest, &cells, &distortions);
+        codebook = next;
+    }
+    unreachable!("a round returns")
+}
+
+/// Which vectors are nearest to each codeword.
+struct Cells {
+    /// Numbers of vectors, ascending within a cell, cell after cell.
+    order: Vec<u32>,
+    /// Where each cell begins, and the end.
+    starts: Vec<usize>,
+}
+
+impl Cells {
+    fn new(nearest: &[Nearest], size: usize) -> Self {
+        let mut starts = vec![0; size + 1];
+        nearest.iter().for_each(|n| starts[n.index as usize + 1] += 1);
+        for k in 0..size {
+            starts[k + 1] += starts[k];
+        }
+        let mut places = starts.clone();
+        let mut order = vec![0; nearest.len()];
+        for (i, n) in nearest.iter().enumerate() {
+            let place = &mut places[n.index as usize];
+            order[*place] = i as u32;
+            *place += 1;
+        }
+        Self { order, starts }
+    }
+
+    fn members(&self, k: usize) -> &[u32] {
+        &self.order[self.starts[k]..self.starts[k + 1]]
+    }
+
+    fn distortion(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> f64 {
+        self.members(k).iter().map(|i| vectors.weight(*i as usize) * nearest[*i as usize].distance).sum()
+    }
+
+    /// Weighted mean of a cell that has members.
+    fn mean(&self, k: usize, vectors: &Vectors) -> Vec<f64> {
+        let mut sums = vec![0.0; vectors.dimension()];
+        let mut total = 0.0;
+        for &i in self.members(k) {
+            let weight = vectors.weight(i as usize);
+            total += weight;
+            for (sum, x) in sums.iter_mut().zip(vectors.vector(i as usize)) {
+                *sum += weight * f64::from(*x);
+            }
+        }
+        sums.iter().map(|sum| sum / total).collect()
+    }
+
+    /// The member that adds most to the distortion; of several the first.
+    fn worst(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> Option<usize> {
+        let share = |i: &u32| vectors.weight(*i as usize) * nearest[*i as usize].distance;
+        let worst = self.members(k).iter().rev().max_by(|a, b| share(a).total_cmp(&share(b)));
+        worst.map(|i| *i as usize)
+    }
+}
+
+/// Fills the codebook up to `size` with vectors that are far from their codewords, one of each cell, cells of largest
+/// distortion first.
+fn fill(
+    codebook: &mut Codebook,
+    size: usize,
+    vectors: &Vectors,
+    nearest: &[Nearest],
+    cells: &Cells,
+    distortions: &[f64],
+) {
+    let missing = size.saturating_sub(codebook.size());
+    if missing == 0 {
+        return;
+    }
+    let mut worst: Vec<usize> = (0..distortions.len()).filter(|k| distortions[*k] > 0.0).collect();
+    worst.sort_by(|a, b| distortions[*b].total_cmp(&distortions[*a]).then(a.cmp(b)));
+    let quantiser = codebook.quantiser();
+    for k in worst.into_iter().take(missing) {
+        let Some(i) = cells.worst(k, vectors, nearest) else { continue };
+        let vector = vectors.vector(i);
+        let codes: Vec<u16> = vector.iter().map(|x| quantiser.code((*x).into())).collect();
+        let values: Vec<f32> = codes.iter().map(|c| quantiser.value((*c).into())).collect();
+        if crate::distance::squared(vector, &values, None) < nearest[i].distance {
+            codebook.push(&codes);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Quantiser;
+    use cvr_core::volume::ValueRange;
+
+    const STOP: Stop = Stop { rounds: 100, gain: 0.0 };
+
+    fn bytes() -> Quantiser {
+        Quantiser::over(ValueRange { min: 0.0, max: 255.0 }, 8, true).unwrap()
+    }
+
+    fn noise(count: usize, dimension: usize) -> Vectors {
+        let value = |i: usize| ((i as u32).wrapping_mul(0x9e37_79b9) >> 24) as f32;
+        Vectors::of_rows(dimension, (0..count * dimension).map(value).collect())
+    }
+
+    #[test]
+    fn more_rounds_never_raise_the_distortion() {
+        let vectors = noise(3000, 3);
+        let first = Codebook::nearest_to(&[10.0; 3], 3, bytes());
+        let mut before = f64::INFINITY;
+        for rounds in 0..12 {
+            let stop = Stop { rounds, gain: 0.0 };
+            let trained = refine(&vectors, first.clone(), 64, stop, &Progress::silent()).unwrap();
+            assert!(trained.distortion <= before, "round {rounds}: {} after {before}", trained.distortion);
+            before = trained.distortion;
+        }
+    }
+
+    #[test]
+    fn it_ends_with_the_round_that_gains_too_little() {
+        let vectors = noise(3000, 3);
+        let first = Codebook::nearest_to(&[10.0, 20.0, 30.0, 200.0, 100.0, 50.0], 3, bytes());
+        let rounds = |gain| {
+            let stop = Stop { rounds: 1000, gain };
+            refine(&vectors, first.clone(), 64, stop, &Progress::silent()).unwrap().rounds
+        };
+        assert_eq!(rounds(1.0), 1, "no round gains all");
+        let (hundredth, thousandth, nothing) = (rounds(1e-2), rounds(1e-3), rounds(0.0));
+        assert!(1 < hundredth && hundredth < thousandth && thousandth <= nothing && nothing < 1000);
+    }
+
+    #[test]
+    fn what_it_reports_is_the_distortion_of_what_it_returns() {
+        let vectors = noise(1000, 4);
+        let first = Codebook::nearest_to(&[100.0, 7.0, 90.0, 30.0, 1.0, 2.0, 3.0, 4.0], 4, bytes());
+        let trained = refine(&vectors, first, 40, STOP, &Progress::silent()).unwrap();
+        assert_eq!(trained.codebook.size(), 40);
+        let nearest = Search::new(&trained.codebook, None).all(&vectors);
+        let distortion: f64 = nearest.iter().map(|n| n.distance).sum();
+        assert!((distortion - trained.distortion).abs() <= 1e-9 * distortion);
+        for k in 0..40 {
+            assert!(nearest.iter().any(|n| n.index == k), "codeword {k} is of no use");
+        }
+    }
+
+    #[test]
+    fn codewords_of_no_use_become_vectors_that_need_one() {
+        let vectors = Vectors::of_rows(1, vec![1.0, 2.0, 101.0, 103.0]);
+        let first = Codebook::nearest_to(&[0.0, 250.0, 240.0], 1, bytes());
+        let trained = refine(&vectors, first, 4, STOP, &Progress::silent()).unwrap();
+        assert_eq!(trained.distortion, 0.0);
+        assert_eq!(trained.codebook.size(), 4);
+    }
+
+    #[test]
+    fn a_codebook_is_no_larger_than_its_levels_allow() {
+        // 200 vectors between two levels of the quantiser: 2 codewords serve as well as 200.
+        let quantiser = Quantiser::over(ValueRange { min: 0.0, max: 255.0 }, 8, true).unwrap();
+        let vectors = Vectors::of_rows(1, (0..200).map(|i| 7.0 + i as f32 / 200.0).collect());
+        let first = Codebook::nearest_to(&[7.5], 1, quantiser);
+        let trained = refine(&vectors, first, 200, STOP, &Progress::silent()).unwrap();
+        assert!(trained.codebook.size() <= 2, "{} codewords", trained.codebook.size());
+    }
+
+    #[test]
+    fn weights_pull_the_mean() {
+        let mut vectors = Vectors::new(1);
+        vectors.push(&[0.0], 3.0);
+        vectors.push(&[100.0], 1.0);
+        let first = Codebook::nearest_to(&[9.0], 1, bytes());
+        let trained = refine(&vectors, first, 1, STOP, &Progress::silent()).unwrap();
+        assert_eq!(trained.codebook.values(), [25.0]);
+    }
+
+    #[test]
+    fn a_cancelled_run_stops() {
+        let flag = std::sync::atomic::AtomicBool::new(true);
+        let run = Progress::new(|_| {}, Some(&flag));
+        let first = Codebook::nearest_to(&[9.0], 1, bytes());
+        assert!(refine(&noise(9, 1), first, 1, STOP, &run).is_err());
+    }
+}

@@ -1,0 +1,59 @@
+//! Drawing a training set: which of many blocks to train on.
+
+use std::collections::HashSet;
+
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+
+/// Name of the generator, for the record: PCG XSL RR 128/64 (O'Neill 2014), seeded by `seed_from_u64`.
+pub const GENERATOR: &str = "pcg64";
+
+/// `count` of the numbers below `all`, each as likely as any other, in ascending order; all of them where there are no
+/// more. R. W. Floyd's algorithm (Bentley and Floyd 1987), which draws `count` numbers and stores no others.
+#[must_use]
+pub fn choose(all: u64, count: u64, seed: u64) -> Vec<u64> {
+    if count >= all {
+        return (0..all).collect();
+    }
+    let mut generator = Pcg64::seed_from_u64(seed);
+    let mut chosen = HashSet::with_capacity(count as usize);
+    for last in all - count..all {
+        // Uniform in 0..=last, but for a bias of less than last / 2^64.
+        let drawn = ((u128::from(generator.next_u64()) * (u128::from(last) + 1)) >> 64) as u64;
+        if !chosen.insert(drawn) {
+            chosen.insert(last);
+        }
+    }
+    let mut chosen: Vec<u64> = chosen.into_iter().collect();
+    chosen.sort_unstable();
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_choice_is_that_of_the_seed() {
+        assert_eq!(choose(1000, 8, 1), choose(1000, 8, 1));
+        assert_ne!(choose(1000, 8, 1), choose(1000, 8, 2));
+        assert_eq!(choose(5, 5, 3), [0, 1, 2, 3, 4]);
+        assert_eq!(choose(5, 99, 3), [0, 1, 2, 3, 4]);
+        // Written down, so that a change of generator or algorithm is noticed: it would change every stream.
+        assert_eq!(choose(1 << 30, 4, 1), CHOSEN);
+    }
+
+    const CHOSEN: [u64; 4] = [18_574_310, 122_301_029, 901_807_471, 1_055_505_265];
+
+    #[test]
+    fn every_number_is_as_likely_as_any_other() {
+        let mut counts = [0_u32; 20];
+        for seed in 0..4000 {
+            let chosen = choose(20, 5, seed);
+            assert!(chosen.len() == 5 && chosen.is_sorted_by(|a, b| a < b));
+            chosen.iter().for_each(|i| counts[*i as usize] += 1);
+        }
+        // 1000 each; the standard deviation is 27.
+        assert!(counts.iter().all(|c| (860..1140).contains(c)), "{counts:?}");
+    }
+}

@@ -1,0 +1,214 @@
+//! The encoder: a codebook from a part of the blocks, then the nearest codeword of every block.
+
+use cvr_codebook::lbg::Stop;
+use cvr_codebook::{Codebook, Initial, Quantiser, Search, Training, sample, train};
+use cvr_core::codec::{Block, EncodeError, EncodeReport, Encoder, Progress};
+use cvr_core::container::StreamWriter;
+use cvr_core::volume::{BrickSource, FrameIndex};
+use rayon::prelude::*;
+
+use crate::block_row::{BlockRow, inside};
+use crate::geometry::{Geometry, Parameters, TrainingRecord};
+use crate::pack::BitPacker;
+use crate::{CODEBOOK, INDEX, training};
+
+/// A round of training that gains less than this part of the distortion is the last.
+const GAIN: f64 = 1e-3;
+
+/// Encodes with one set of settings.
+#[derive(Debug)]
+pub struct VqEncoder {
+    pub block: Block,
+    pub codewords: u32,
+    pub codeword_bits: u32,
+    /// Whether each frame has a table of its own.
+    pub per_frame: bool,
+    pub training_blocks: u64,
+    pub iterations: u32,
+    pub seed: u64,
+}
+
+impl Encoder for VqEncoder {
+    fn encode(
+        &mut self,
+        source: &dyn BrickSource,
+        out: &mut dyn StreamWriter,
+        run: &Progress<'_>,
+    ) -> Result<EncodeReport, EncodeError> {
+        let layout = source.layout().clone();
+        let range = training::range(source, self.block, run)?;
+        let quantiser = Quantiser::over(range, self.codeword_bits, layout.sample.is_integer())
+            .map_err(EncodeError::Unsupported)?;
+        let mut record = TrainingRecord {
+            initial: "pca".to_owned(),
+            generator: sample::GENERATOR.to_owned(),
+            seed: self.seed,
+            blocks: Vec::new(),
+            rounds: Vec::new(),
+        };
+        let mut tables = Vec::new();
+        let frames_per_table = if self.per_frame { 1 } else { layout.frames };
+        let served = (0..layout.frames).step_by(frames_per_table as usize).map(|f| f..f + frames_per_table);
+        for (frames, seed) in served.zip(self.seed..) {
+            let vectors = training::vectors(source, self.block, frames, self.training_blocks, seed, run)?;
+            let trained = train(&vectors, &self.training(quantiser), run)?;
+            record.blocks.push(vectors.len() as u64);
+            record.rounds.push(trained.rounds);
+            tables.push(trained.codebook);
+        }
+        let parameters = Parameters {
+            block: self.block,
+            grid: self.block.grid(layout.extent).to_array(),
+            codeword_bits: self.codeword_bits,
+            offset: quantiser.offset(),
+            step: quantiser.step(),
+            tables: tables.iter().map(|t| t.size() as u32).collect(),
+            training: record,
+        };
+        let Some(geometry) = Geometry::new(&layout, &parameters) else {
+            let problem = format!("a block of {} is outside the settings' ranges", self.block);
+            return Err(EncodeError::Unsupported(problem));
+        };
+        for table in &tables {
+            out.append_words(CODEBOOK, &table_words(table, &geometry))?;
+        }
+        let mut error_bound = 0.0_f64;
+        for frame in (0..layout.frames).map(FrameIndex) {
+            let table = &tables[geometry.table_of(frame.0)];
+            let error = encode_frame(source, &geometry, frame, table, out, run)?;
+            error_bound = error_bound.max(error);
+        }
+        out.shape(CODEBOOK, &geometry.codebook_shape())?;
+        out.shape(INDEX, &geometry.index_shape(layout.frames))?;
+        out.parameters_of(&parameters)?;
+        Ok(EncodeReport { error_bound: Some(error_bound), notes: self.notes(&parameters.tables) })
+    }
+}
+
+impl VqEncoder {
+    fn training(&self, quantiser: Quantiser) -> Training {
+        Training {
+            size: self.codewords as usize,
+            quantiser,
+            initial: Initial::Pca,
+            stop: Stop { rounds: self.iterations, gain: GAIN },
+        }
+    }
+
+    fn notes(&self, tables: &[u32]) -> Vec<String> {
+        let fewest = tables.iter().copied().min().unwrap_or(0);
+        let note = || {
+            format!(
+                "{fewest} codewords serve where {} were asked for: the training blocks tell no more apart",
+                self.codewords
+            )
+        };
+        (fewest < self.codewords).then(note).into_iter().collect()
+    }
+}
+
+/// A table in words, filled up with zeros to the length of the largest.
+fn table_words(table: &Codebook, geometry: &Geometry) -> Vec<u32> {
+    let mut words = Vec::with_capacity(geometry.table_words() as usize);
+    let mut packer = BitPacker::new(geometry.quantiser.bits());
+    table.codes().iter().for_each(|code| packer.push((*code).into(), &mut words));
+    packer.flush(&mut words);
+    words.resize(geometry.table_words() as usize, 0);
+    words
+}
+
+/// Appends the indices of a frame; returns the largest error of a voxel, integers rounded.
+fn encode_frame(
+    source: &dyn BrickSource,
+    g: &Geometry,
+    frame: FrameIndex,
+    table: &Codebook,
+    out: &mut dyn StreamWriter,
+    run: &Progress<'_>,
+) -> Result<f64, EncodeError> {
+    let searches = Searches::new(g, table, source.layout().sample.is_integer());
+    let mut packer = BitPacker::new(g.index_bits);
+    let mut worst = 0.0_f64;
+    for bz in 0..g.grid.z() {
+        let encode = |by| {
+            let row = BlockRow::read(source, g.block, frame, by, bz)?;
+            Ok(searches.row(&row))
+        };
+        let rows = (0..g.grid.y()).into_par_iter().map(encode);
+        let rows: Vec<(Vec<u32>, f64)> = rows.collect::<Result<_, EncodeError>>()?;
+        let mut words = Vec::new();
+        for (indices, error) in rows {
+            indices.into_iter().for_each(|index| packer.push(index, &mut words));
+            worst = worst.max(error);
+        }
+        if bz + 1 == g.grid.z() {
+            packer.flush(&mut words);
+        }
+        out.append_words(INDEX, &words)?;
+        let slices = g.block.region([0, 0, bz], g.extent).extent.z();
+        run.advance(u64::from(slices) * u64::from(g.extent.x()) * u64::from(g.extent.y()))?;
+    }
+    Ok(worst)
+}
+
+/// One search for whole blocks, and one for each way in which the volume's border cuts them.
+struct Searches<'a> {
+    geometry: &'a Geometry,
+    table: &'a Codebook,
+    integers: bool,
+    /// Voxels that there are of a block, which of its components these are, and the search among them.
+    cuts: Vec<([usize; 3], Vec<bool>, Search<'a>)>,
+}
+
+impl<'a> Searches<'a> {
+    fn new(geometry: &'a Geometry, table: &'a Codebook, integers: bool) -> Self {
+        let block = geometry.block;
+        let whole = block.0.to_array();
+        let last = block.region(geometry.grid.to_array().map(|g| g - 1), geometry.extent).extent.to_array();
+        // Along each axis: the whole block where there is one, and what the border leaves.
+        let sizes = [0, 1, 2].map(|a| {
+            let mut sizes = vec![last[a]];
+            if last[a] != whole[a] && geometry.grid.to_array()[a] > 1 {
+                sizes.push(whole[a]);
+            }
+            sizes
+        });
+        let mut cuts = Vec::new();
+        for &z in &sizes[2] {
+            for &y in &sizes[1] {
+                for &x in &sizes[0] {
+                    let cut = [x, y, z].map(|s| s as usize);
+                    let mask = inside(block, geometry.channels, cut);
+                    let all = mask.iter().all(|inside| *inside);
+                    let search = Search::new(table, (!all).then_some(&mask[..]));
+                    cuts.push((cut, mask, search));
+                }
+            }
+        }
+        Self { geometry, table, integers, cuts }
+    }
+
+    /// The indices of a row of blocks, and the largest error of a voxel.
+    fn row(&self, row: &BlockRow) -> (Vec<u32>, f64) {
+        let blocks = self.geometry.grid.x();
+        let last = row.cut(blocks - 1);
+        let (mut indices, mut worst) = (Vec::with_capacity(blocks as usize), 0.0_f64);
+        let whole = if last == row.cut(0) { blocks } else { blocks - 1 };
+        for part in [0..whole, whole..blocks] {
+            let Some(cut) = part.clone().next().map(|bx| row.cut(bx)) else { continue };
+            let Some((_, mask, search)) = self.cuts.iter().find(|c| c.0 == cut) else { continue };
+            let mut vectors = Vec::with_capacity(part.len() * self.table.dimension());
+            part.for_each(|bx| row.append(bx, &mut vectors));
+            let nearest = search.rows(&vectors);
+            for (vector, nearest) in vectors.chunks_exact(self.table.dimension()).zip(nearest) {
+                indices.push(nearest.index);
+                let codeword = self.table.codeword(nearest.index as usize);
+                for ((v, c), _) in vector.iter().zip(codeword).zip(mask).filter(|(_, inside)| **inside) {
+                    let shown = if self.integers { c.round() } else { *c };
+                    worst = worst.max((f64::from(shown) - f64::from(*v)).abs());
+                }
+            }
+        }
+        (indices, worst)
+    }
+}

@@ -1,0 +1,93 @@
+//! The training set of a table: blocks drawn by chance, over all frames that the table serves.
+
+use std::ops::Range;
+
+use cvr_codebook::{Vectors, sample};
+use cvr_core::codec::{Block, EncodeError, Progress};
+use cvr_core::volume::{BrickSource, FrameIndex, ValueRange};
+use rayon::prelude::*;
+
+use crate::block_row::BlockRow;
+
+/// Rows of blocks that one step reads, between two looks at the progress.
+const STEP: usize = 256;
+
+/// A row of blocks, and which of them are wanted.
+struct Wanted {
+    frame: FrameIndex,
+    by: u32,
+    bz: u32,
+    blocks: Vec<u32>,
+}
+
+/// At most `count` blocks of the frames `frames`, as vectors. A block that the volume's border cuts is filled by
+/// repeating its last voxels, and weighs as much as the part of it that exists.
+pub fn vectors(
+    source: &dyn BrickSource,
+    block: Block,
+    frames: Range<u32>,
+    count: u64,
+    seed: u64,
+    run: &Progress<'_>,
+) -> Result<Vectors, EncodeError> {
+    let layout = source.layout();
+    let [gx, gy, gz] = block.grid(layout.extent).to_array().map(u64::from);
+    let all = gx * gy * gz * u64::from(frames.end - frames.start);
+    let mut rows: Vec<Wanted> = Vec::new();
+    for chosen in sample::choose(all, count, seed) {
+        let (bx, row) = ((chosen % gx) as u32, chosen / gx);
+        let (by, bz) = ((row % gy) as u32, (row / gy % gz) as u32);
+        let frame = FrameIndex(frames.start + (row / gy / gz) as u32);
+        match rows.last_mut() {
+            Some(last) if (last.frame, last.by, last.bz) == (frame, by, bz) => last.blocks.push(bx),
+            _ => rows.push(Wanted { frame, by, bz, blocks: vec![bx] }),
+        }
+    }
+    let dimension = block.0.voxels() as usize * layout.channels as usize;
+    let mut vectors = Vectors::new(dimension);
+    for step in rows.chunks(STEP) {
+        let read = |row: &Wanted| row_vectors(source, block, row, dimension);
+        let parts: Vec<Vectors> = step.par_iter().map(read).collect::<Result<_, _>>()?;
+        parts.iter().for_each(|part| vectors.append(part));
+        run.advance(0)?;
+    }
+    Ok(vectors)
+}
+
+fn row_vectors(
+    source: &dyn BrickSource,
+    block: Block,
+    wanted: &Wanted,
+    dimension: usize,
+) -> Result<Vectors, EncodeError> {
+    let row = BlockRow::read(source, block, wanted.frame, wanted.by, wanted.bz)?;
+    let mut vectors = Vectors::new(dimension);
+    let mut vector = Vec::with_capacity(dimension);
+    for &bx in &wanted.blocks {
+        vector.clear();
+        row.append(bx, &mut vector);
+        let inside: usize = row.cut(bx).iter().product();
+        vectors.push(&vector, inside as f64 / block.0.voxels() as f64);
+    }
+    Ok(vectors)
+}
+
+/// The range of all values of the source.
+pub fn range(source: &dyn BrickSource, block: Block, run: &Progress<'_>) -> Result<ValueRange, EncodeError> {
+    let layout = source.layout();
+    let grid = block.grid(layout.extent);
+    let mut range: Option<ValueRange> = None;
+    for frame in (0..layout.frames).map(FrameIndex) {
+        for bz in 0..grid.z() {
+            let of_row = |by| {
+                let row = BlockRow::read(source, block, frame, by, bz)?;
+                Ok(ValueRange::of(row.values().iter().copied()))
+            };
+            let parts = (0..grid.y()).into_par_iter().map(of_row);
+            let parts: Vec<Option<ValueRange>> = parts.collect::<Result<_, EncodeError>>()?;
+            range = parts.into_iter().flatten().chain(range).reduce(ValueRange::union);
+            run.advance(0)?;
+        }
+    }
+    Ok(range.unwrap_or(ValueRange { min: 0.0, max: 0.0 }))
+}

@@ -1,0 +1,48 @@
+//! The battery of `cvr-core`, over blocks, codebook sizes, codeword widths and tables.
+
+use cvr_core::codec::{SettingValue, Settings};
+use cvr_core::conformance;
+
+fn settings(pairs: &[(&str, &str)]) -> Settings {
+    pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect()
+}
+
+fn passes(list: &[Settings]) {
+    let report = conformance::run_with(cvr_vq::codec().as_ref(), list, None);
+    report.assert_ok();
+    // `largest`: a range from the lowest to the highest single overflows. `smallest normals`: steps below 2^-100.
+    assert!(report.refused <= 2 * list.len(), "{} of {} volumes refused", report.refused, report.checks);
+}
+
+#[test]
+fn the_default_passes() {
+    passes(&[Settings::default()]);
+}
+
+#[test]
+fn blocks_of_4_and_16_bit_codewords_pass() {
+    passes(&[settings(&[("block", "4")]), settings(&[("block", "4"), ("codeword_bits", "16")])]);
+}
+
+#[test]
+fn odd_and_extreme_blocks_pass() {
+    passes(&[
+        settings(&[("block", "1"), ("codewords", "7")]),
+        settings(&[("block", "3x5x2"), ("codewords", "33"), ("codeword_bits", "16")]),
+        settings(&[("block", "16"), ("codewords", "2")]),
+    ]);
+}
+
+#[test]
+fn large_codebooks_and_tables_per_frame_pass() {
+    passes(&[
+        settings(&[("codewords", "65536"), ("tables", "per-frame")]),
+        settings(&[
+            ("codewords", "5"),
+            ("tables", "per-frame"),
+            ("training_blocks", "40"),
+            ("iterations", "2"),
+        ]),
+        settings(&[("training_blocks", "1"), ("iterations", "0")]),
+    ]);
+}

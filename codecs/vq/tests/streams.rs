@@ -1,0 +1,122 @@
+//! Streams of every version so far, which must decode for ever to what they decoded to when they were kept.
+//!
+//! A stream that is kept is never written again. To keep one more, add it to the list and run with `CVR_BLESS=1`: the
+//! file is written where there is none, and the test prints its checksum.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use cvr_core::codec::{Codec as _, Progress, SettingValue, Settings, decode_frame, encode_file};
+use cvr_core::container::EncodedVolume;
+use cvr_core::volume::{
+    DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, Replaced, SampleType, Samples, VolumeLayout,
+};
+use cvr_vq::Vq;
+
+/// A stream that is kept.
+struct Kept {
+    name: &'static str,
+    version: u32,
+    /// CRC-32C of all decoded samples, as little-endian singles, frame after frame.
+    crc32c: u32,
+    /// What it was made from.
+    made: fn() -> (Settings, FiniteVolume),
+}
+
+const KEPT: [Kept; 2] = [
+    // 3 bits per index, so that indices lie in two words; cut blocks; values of 16 bits that single precision rounds.
+    Kept {
+        name: "v1-f32-3-bits",
+        version: 1,
+        crc32c: 0x33f6_c7be,
+        made: || made("3x2x2", "5", "16", SampleType::F32, 1, 1),
+    },
+    // Colours, a table per frame, tables of unequal size.
+    Kept {
+        name: "v1-rgb-per-frame",
+        version: 1,
+        crc32c: 0x3e95_b705,
+        made: || made("2", "256", "8", SampleType::I16, 3, 2),
+    },
+];
+
+fn made(
+    block: &str,
+    codewords: &str,
+    bits: &str,
+    sample: SampleType,
+    channels: u32,
+    frames: u32,
+) -> (Settings, FiniteVolume) {
+    let pairs =
+        [("block", block), ("codewords", codewords), ("codeword_bits", bits), ("tables", "per-frame")];
+    let settings = pairs.iter().map(|(n, v)| ((*n).to_owned(), SettingValue::from(*v))).collect();
+    let extent = Extent::new(13, 7, 5).unwrap();
+    let layout = VolumeLayout { channels, frames, ..VolumeLayout::scalar(extent, sample) };
+    let value =
+        |i: u64| ((i as u32 / (1 + i as u32 / 1400 * 40)).wrapping_mul(0x9e37_79b9) >> 18) as i16 - 7000;
+    let values = (0..layout.samples()).map(value);
+    let samples = match sample {
+        SampleType::F32 => Samples::F32(values.map(|v| f32::from(v) * 0.123).collect()),
+        _ => Samples::I16(values.collect()),
+    };
+    (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
+}
+
+fn path(kept: &Kept) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/streams").join(format!("{}.cvr", kept.name))
+}
+
+/// Checksum of what a stream decodes to.
+fn checksum(stream: EncodedVolume) -> u32 {
+    let decoder = Vq.decoder(Arc::new(stream)).unwrap();
+    (0..decoder.layout().frames).map(FrameIndex).fold(0, |crc, frame| {
+        let values = decode_frame(decoder.as_ref(), frame, &NoReferences).unwrap();
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        crc32c::crc32c_append(crc, &bytes)
+    })
+}
+
+#[test]
+fn streams_that_were_kept_decode_to_what_they_did() {
+    let mut problems = Vec::new();
+    for kept in &KEPT {
+        let path = path(kept);
+        if !path.exists() && std::env::var_os("CVR_BLESS").is_some() {
+            let (settings, volume) = (kept.made)();
+            encode_file(&Vq, &settings, &volume, Replaced::default(), &path, &Progress::silent()).unwrap();
+        }
+        let stream = EncodedVolume::open(&path).unwrap();
+        assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
+        let found = checksum(stream);
+        if found != kept.crc32c {
+            problems.push(format!(
+                "{}: the checksum is {found:#010x}, {:#010x} was kept",
+                kept.name, kept.crc32c
+            ));
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// The checksum notices one value that is off by one bit of its code.
+#[test]
+fn another_codeword_has_another_checksum() {
+    let kept = &KEPT[0];
+    let stream = EncodedVolume::open(&path(kept)).unwrap();
+    let (spec, folder) = (stream.spec().clone(), tempfile::tempdir().unwrap());
+    let changed = folder.path().join("changed.cvr");
+    let mut writer = cvr_core::container::ContainerWriter::create(&changed).unwrap();
+    for (name, tensor) in &spec.tensors {
+        use cvr_core::container::StreamWriter as _;
+        let mut bytes = stream.tensor(name, tensor.element).unwrap().bytes().to_vec();
+        bytes[0] ^= u8::from(name == "codebook");
+        writer.append(name, tensor.element, &bytes).unwrap();
+        writer.shape(name, &tensor.shape).unwrap();
+        writer.parameters(spec.parameters.clone());
+    }
+    writer.finish(Vq.info(), &spec.layout, &spec.settings, &spec.report, spec.replaced).unwrap();
+    assert_ne!(checksum(EncodedVolume::open(&changed).unwrap()), kept.crc32c);
+}
