@@ -2,11 +2,8 @@
 // all samples. Those up to the face by which the ray leaves a macrocell lie in it, or beyond it by less than its apron.
 fn next_sample(first: u32, entry: Ray, end: f32) -> u32 {
     var i = first;
-    loop {
+    while f32(i) * view.step < end {
         let start = f32(i) * view.step;
-        if start >= end {
-            return i;
-        }
         let x = entry.origin + entry.direction * (start + 0.5 * min(view.step, end - start));
         if may_show(x) {
             return i;
@@ -17,4 +14,5 @@ fn next_sample(first: u32, entry: Ray, end: f32) -> u32 {
         let away = select((face - x) / entry.direction, vec3<f32>(1e6), along);
         i += 1u + u32(max(min(min(away.x, away.y), away.z), 0.0) / view.step);
     }
+    return i;
 }

@@ -20,11 +20,8 @@ impl Mirror<'_> {
         let Some(macrocells) = &self.view.macrocells else { return first };
         let step = self.view.step_voxels;
         let mut i = first;
-        loop {
+        while (i as f32) * step < end {
             let start = i as f32 * step;
-            if start >= end {
-                return i;
-            }
             let x = entry.origin + entry.direction * (start + 0.5 * step.min(end - start));
             if self.may_show(x) {
                 return i;
@@ -35,6 +32,7 @@ impl Mirror<'_> {
             let away = Vec3::select(along, Vec3::splat(1e6), (face - x) / entry.direction);
             i += 1 + (away.min_element().max(0.0) / step) as u32;
         }
+        i
     }
 }
 
