@@ -7,7 +7,9 @@ pub mod devices;
 pub mod encode;
 pub mod info;
 pub mod merge;
+pub mod presets;
 pub mod render;
+pub mod renderers;
 pub mod run;
 pub mod shader;
 
