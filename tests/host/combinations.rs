@@ -27,7 +27,7 @@ use super::volumes::{opened, varied};
 const SIZE: [u32; 3] = [7, 5, 6];
 
 /// The values of a setting that reach its ends.
-fn interesting(kind: &SettingKind) -> Vec<SettingValue> {
+pub fn interesting(kind: &SettingKind) -> Vec<SettingValue> {
     let texts = |texts: &[&str]| texts.iter().map(|t| SettingValue::Text((*t).to_owned())).collect();
     match kind {
         SettingKind::Integer { min, max } => [*min, *max].map(SettingValue::Integer).into(),
