@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cvr_core::codec::{Registry, RegistryError};
+use cvr_core::codec::{Codec, Registry, RegistryError};
 use cvr_core::pipeline::Known;
 use cvr_core::render::{Renderer, RendererInfo};
 
@@ -58,6 +58,15 @@ impl Names {
         let renderers = renderers().iter().map(|r| r.info()).collect();
         let generators = Generator::ALL.iter().map(|g| g.name()).collect();
         Ok(Self { codecs: codecs()?, renderers, generators })
+    }
+
+    /// With a codec more than this application brings.
+    ///
+    /// # Errors
+    /// When its id is taken or malformed.
+    pub fn with_codec(mut self, codec: Arc<dyn Codec>) -> Result<Self, RegistryError> {
+        self.codecs.register(codec)?;
+        Ok(self)
     }
 
     /// The codecs.

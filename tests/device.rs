@@ -3,8 +3,12 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
+mod haar;
+
 mod device {
+    mod colour;
     mod deferred;
+    mod frame_passes;
     mod lost;
     mod mutated;
     mod parity;
@@ -15,6 +19,7 @@ mod device {
     mod refusal;
     mod runs;
     mod scenes;
+    mod slicing;
     mod splitting;
     mod subjects;
 }

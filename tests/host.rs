@@ -2,12 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails its test, which is what it is for")]
 
+mod haar;
+
 mod host {
     mod adversarial;
     mod cli;
     mod combinations;
     mod configs;
     mod folder;
+    mod frame_passes;
     mod golden;
     mod golden_files;
     mod kills;

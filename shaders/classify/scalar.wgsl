@@ -1,10 +1,4 @@
-// Transfer function of a scalar: a table over the control points' domain, interpolated between its entries.
-const transfer_last: f32 = 1023.0;
-
-fn classify(value: Voxel) -> vec4<f32> {
-    let at = clamp((value - view.transfer_offset) * view.transfer_scale, 0.0, transfer_last);
-    let low = min(floor(at), transfer_last - 1.0);
-    let a = transfer_table[u32(low)];
-    let b = transfer_table[u32(low) + 1u];
-    return a + (b - a) * (at - low);
+// A scalar: the transfer function says it all.
+fn classify(voxel: Voxel) -> vec4<f32> {
+    return transfer(voxel);
 }

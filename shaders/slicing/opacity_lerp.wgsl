@@ -1,14 +1,13 @@
-// The same, as hardware without powers approximates it (Guthe and Straßer 2001, section 4.1): the transparency T of one
-// slice distance, to the power d, is interpolated between T and T², with the weight t(d) = 3/2 - 3/(d(d+1)) that makes
-// the relative square error over all T least (their equation 2). Pieces shorter than a slice, at the border, lie
-// between 1 and T.
+// The same, as hardware without powers approximates it (Guthe and Straßer 2001, section 4.1): the opacity of d slice
+// distances is interpolated between those of one and of two, α and 1 − (1 − α)². The weight t(d) makes the square of
+// the error, relative to α, least over all α: t(d) = 3(ψ(d + 2) − ψ(3)) with the digamma function ψ, here as a cubic
+// that is right to 0.0003 for d in 1..2. Pieces shorter than a slice, at the border, lie between nothing and α.
 fn slice_opacity(alpha: f32, piece: f32) -> f32 {
     let opacity = opacity_over(alpha, view.step);
-    let d = piece / view.step;
-    if d <= 1.0 {
-        return opacity * d;
+    let beyond = piece / view.step - 1.0;
+    if beyond <= 0.0 {
+        return opacity * (beyond + 1.0);
     }
-    let transparency = 1.0 - opacity;
-    let t = 1.5 - 3.0 / (d * (d + 1.0));
-    return 1.0 - max(transparency + (transparency * transparency - transparency) * t, 0.0);
+    let t = beyond * (1.0 + (1.0 - beyond) * (0.18365 - 0.0385 * beyond));
+    return min(opacity + (opacity - opacity * opacity) * t, 1.0);
 }

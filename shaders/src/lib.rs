@@ -7,11 +7,13 @@
 //! raycasting/raycasting.wgsl  → pixel_ray, crossing, next_sample, optical, opacity_over
 //! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, may_show, optical, slice_opacity
 //! view/view.wgsl              → camera_ray, bounds_low, bounds_high
-//! optics/*.wgsl               → volume_sample, classify
+//! optics/*.wgsl               → volume_sample, classify, height
+//! classify/*.wgsl             → transfer, height
 //! skipping/next_sample.wgsl   → may_show
 //! filter/*.wgsl               → voxel_fetch, voxel_cell
 //! deferred/decode.wgsl        → voxel_fetch, voxel_channel, texel_of
-//! source/texture.wgsl or a codec's snippet → what voxel_fetch returns
+//! deferred/frame.wgsl         → frame_words, voxel_channels
+//! source/texture.wgsl, deferred/frame.wgsl or a codec's snippet → what voxel_fetch returns
 //! ```
 
 /// A WGSL module. Its text names no binding: the generator writes them.
@@ -64,8 +66,20 @@ templates! {
     CAMERA_PERSPECTIVE = "camera/perspective.wgsl";
     /// Parallel rays.
     CAMERA_ORTHOGRAPHIC = "camera/orthographic.wgsl";
-    /// Transfer function of scalar volumes.
+    /// The transfer function.
+    TRANSFER = "classify/transfer.wgsl";
+    /// Classification of scalars.
     CLASSIFY_SCALAR = "classify/scalar.wgsl";
+    /// What a scalar's surfaces follow.
+    HEIGHT_SCALAR = "classify/height_scalar.wgsl";
+    /// What a colour's opacity and surfaces follow.
+    HEIGHT_COLOUR = "classify/height_colour.wgsl";
+    /// The light of a colour.
+    COLOUR = "classify/colour.wgsl";
+    /// Classification of colours by a transfer function.
+    CLASSIFY_COLOUR_TRANSFER = "classify/colour_transfer.wgsl";
+    /// Classification of colours by a table over all of them.
+    CLASSIFY_COLOUR_TABLE = "classify/colour_table.wgsl";
     /// Opacity of a length of ray.
     OPACITY = "classify/opacity.wgsl";
     /// Samples that show the transfer function's colours.
@@ -102,6 +116,8 @@ templates! {
     DUMP_CELL = "dump/dump_cell.wgsl";
     /// A slab of a frame through `voxel_fetch`, into the words of a texture: the site *deferred*.
     DEFERRED_DECODE = "deferred/decode.wgsl";
+    /// Voxels of a frame that a codec's own passes have rebuilt.
+    DEFERRED_FRAME = "deferred/frame.wgsl";
     /// Texels of 8 bits over 0..1.
     TEXEL_UNORM8 = "deferred/texel_unorm8.wgsl";
     /// Texels of 16 bits over 0..1.

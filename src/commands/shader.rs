@@ -7,7 +7,7 @@ use std::sync::Arc;
 use cvr_core::codec::{Decoder, Site, encode_temporary};
 use cvr_core::render::Plan;
 use cvr_core::shader::{
-    BindingLimits, Request, ResourceSize, Source, TextureSampling, generate, generate_decode,
+    BindingLimits, DeferredShaders, Request, ResourceSize, Source, TextureSampling, generate,
 };
 use cvr_core::volume::{FrameIndex, Level, ValueRange};
 
@@ -43,7 +43,7 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Prints the generated shaders, at the site *deferred* the pass that decodes and then the one that draws. No device is
+/// Prints the generated shaders, at the site *deferred* the passes that decode and then the one that draws. No device is
 /// needed.
 ///
 /// # Errors
@@ -82,19 +82,18 @@ fn text(args: &Args, codec: &str, decoder: &dyn Decoder, plan: &Plan) -> Result<
     let texture = Source::Texture { form, sampling: TextureSampling::Hardware };
     let limits = BindingLimits::default();
     let mut texts = Vec::new();
+    let key = (FrameIndex::FIRST, Level::FULL);
     let source = match (args.site, decoder.shader()) {
         (Site::Host, _) => texture,
+        (Site::Deferred, _) => {
+            let shaders = DeferredShaders::generate(codec, decoder, key, form.format, limits)?;
+            texts.extend(shaders.texts().map(str::to_owned));
+            texture
+        }
         (_, None) => return Err(BadInput(format!("codec `{codec}` does not decode in a shader"))),
-        (site, Some(shader)) => {
-            let resources = shader.resources(FrameIndex::FIRST)?.iter().map(ResourceSize::of).collect();
-            let (module, frame, level) = (shader.module(), FrameIndex::FIRST, Level::FULL);
-            let inline = Source::Inline { codec, module, resources, frame, level };
-            if site == Site::Deferred {
-                texts.push(generate_decode(&inline, decoder.layout(), form.format, limits)?.wgsl);
-                texture
-            } else {
-                inline
-            }
+        (_, Some(shader)) => {
+            let resources = shader.resources(key.0)?.iter().map(ResourceSize::of).collect();
+            Source::Inline { codec, module: shader.module(), resources, frame: key.0, level: key.1 }
         }
     };
     for pass in &plan.passes {

@@ -3,18 +3,16 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use cvr_core::codec::Site;
 use cvr_core::metrics::{ImageError, error_picture};
 use cvr_core::pipeline::Cell;
 use cvr_core::render::{Image, write_png};
 use cvr_core::volume::{BrickSource, FiniteVolume};
 use cvr_engine::timing::{PairBudget, paired};
 
-use super::deferred::DeferredVolume;
 use super::encoded::Encoded;
 use super::record::Record;
 use super::stage::Stage;
-use super::target::{Decoded, HostVolume, Picture, Target, VoxelSource};
+use super::target::{Decoded, Picture, Target, VoxelSource};
 
 /// Folder of the pictures, below the report's.
 pub const IMAGES: &str = "images";
@@ -56,7 +54,7 @@ pub fn record_encoding(record: &mut Record, encoded: &Encoded, parity: Option<u6
     record.notes = (!encoded.notes.is_empty()).then(|| encoded.notes.join("; "));
 }
 
-/// Draws, compares and times one cell.
+/// Draws, compares and times one cell; `decoded` is what its site asks for.
 ///
 /// # Errors
 /// A sentence that says what failed; what was measured before it stands in the record. Once `stop` is true, the
@@ -65,17 +63,12 @@ pub fn run(
     record: &mut Record,
     cell: &Cell,
     encoded: &Encoded,
-    host: Option<HostVolume>,
+    decoded: Decoded,
     stage: &mut Stage<'_>,
     folder: &Path,
     stop: &AtomicBool,
 ) -> Result<(), String> {
     let go_on = || if stop.load(Ordering::Relaxed) { Err("stopped".to_owned()) } else { Ok(()) };
-    let decoded = match (host, cell.site) {
-        (Some(host), _) => Decoded::Host(host),
-        (None, Site::Deferred) => Decoded::Deferred(decode(record, cell, encoded, stage.target())?),
-        (None, _) => Decoded::Inline,
-    };
     go_on()?;
     let voxels = VoxelSource { codec: &cell.codec, decoder: encoded.decoder.as_ref(), decoded };
     debug_assert_eq!(voxels.site(), cell.site);
@@ -116,27 +109,6 @@ pub fn run(
     record.frame_pairs = Some(timing.pairs as u32);
     record.flag_noise();
     Ok(())
-}
-
-/// Has the device decode the volume, and holds it to what the CPU decodes.
-fn decode(
-    record: &mut Record,
-    cell: &Cell,
-    encoded: &Encoded,
-    target: &Target,
-) -> Result<DeferredVolume, String> {
-    let decoder = encoded.decoder.as_ref();
-    let decoded = target.decode_timed(&cell.codec, decoder, &encoded.frame);
-    let (volume, decode_ms) = decoded.map_err(|e| e.to_string())?;
-    record.device_decode_ms = decode_ms;
-    let parity = volume.parity(target, decoder, &encoded.frame).map_err(|e| e.to_string())?;
-    if let Some(parity) = parity {
-        record.parity_mismatches = Some(parity.mismatches);
-        if !parity.holds() {
-            return Err(format!("what the device decoded is not what the CPU decodes: {parity}"));
-        }
-    }
-    Ok(volume)
 }
 
 /// Writes a picture below the report's folder; returns its path relative to it.

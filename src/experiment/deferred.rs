@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use cvr_core::codec::{Decoder, Parity};
+use cvr_core::codec::{Decoder, Parity, deferred_agreement};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::repeated;
 use cvr_engine::{FrameDecoder, VolumeTexture};
 
+use super::record::Record;
 use super::target::{DrawError, Target};
 
 /// Runs that are timed, after one to warm up.
@@ -35,22 +36,59 @@ impl Target {
         let (texture, _) = VolumeTexture::decode(device, codec, decoder, FrameIndex::FIRST, Level::FULL)?;
         Ok(DeferredVolume { texture: Some(Arc::new(texture)), frame: None })
     }
+}
 
-    /// As [`Target::decode`], several times over; with the median milliseconds, which the mirror has not.
+/// A frame that the device decoded once for all cells of a codec and its settings: timed, and compared with what the
+/// CPU decodes. The cells clone the volume; its memory is freed with the last of them and this.
+#[derive(Clone, Debug)]
+pub struct SharedDecode {
+    volume: DeferredVolume,
+    decode_ms: Option<f64>,
+    peak_bytes: Option<u64>,
+    parity: Option<Parity>,
+}
+
+impl SharedDecode {
+    /// Has the device decode the first frame, several times over. The mirror, which draws from `frame`, has nothing to
+    /// time and to compare.
     ///
     /// # Errors
-    /// As [`Target::decode`].
-    pub fn decode_timed(
-        &self,
+    /// As [`Target::decode`], and when the texture cannot be read back.
+    pub fn new(
+        target: &Target,
         codec: &str,
         decoder: &dyn Decoder,
         frame: &Arc<DecodedFrame>,
-    ) -> Result<(DeferredVolume, Option<f64>), DrawError> {
-        let Self::Device(device) = self else { return Ok((DeferredVolume::of_mirror(frame), None)) };
-        let pass = FrameDecoder::new(device, codec, decoder, FrameIndex::FIRST, Level::FULL)?;
-        let (decode_ms, _) = repeated(|| pass.decode(), RUNS)?;
-        let texture = Some(Arc::new(pass.texture().clone()));
-        Ok((DeferredVolume { texture, frame: None }, Some(decode_ms)))
+    ) -> Result<Self, DrawError> {
+        let Target::Device(device) = target else {
+            let volume = DeferredVolume::of_mirror(frame);
+            return Ok(Self { volume, decode_ms: None, peak_bytes: None, parity: None });
+        };
+        let passes = FrameDecoder::new(device, codec, decoder, FrameIndex::FIRST, Level::FULL)?;
+        let (decode_ms, _) = repeated(|| passes.decode(), RUNS)?;
+        let peak_bytes = Some(passes.peak_bytes());
+        let texture = Some(Arc::new(passes.texture().clone()));
+        // What only decoding needs is freed before the texture is read back.
+        drop(passes);
+        let volume = DeferredVolume { texture, frame: None };
+        let parity = volume.parity(target, decoder, frame)?;
+        Ok(Self { volume, decode_ms: Some(decode_ms), peak_bytes, parity })
+    }
+
+    /// The volume, for a cell in whose record time, memory and mismatches are entered.
+    ///
+    /// # Errors
+    /// A sentence, when the device decodes other values than the CPU.
+    pub fn enter(&self, record: &mut Record) -> Result<DeferredVolume, String> {
+        record.device_decode_ms = self.decode_ms;
+        record.device_decode_bytes = self.peak_bytes;
+        if let Some(parity) = self.parity {
+            record.parity_mismatches = Some(parity.mismatches);
+            if !parity.holds() {
+                return Err(format!("what the device decoded is not what the CPU decodes: {parity}"));
+            }
+        }
+        Ok(self.volume.clone())
     }
 }
 
@@ -60,7 +98,7 @@ impl DeferredVolume {
     }
 
     /// The texels against `frame`, which the CPU decoded, under the codec's statement; `None` for the mirror, which
-    /// draws from that very frame, and for a decoder without a shader.
+    /// draws from that very frame.
     ///
     /// # Errors
     /// When the texture cannot be read back.
@@ -70,12 +108,12 @@ impl DeferredVolume {
         decoder: &dyn Decoder,
         frame: &DecodedFrame,
     ) -> Result<Option<Parity>, DrawError> {
-        let (Target::Device(device), Some(texture), Some(shader)) = (target, &self.texture, decoder.shader())
+        let agreement = deferred_agreement(decoder);
+        let (Target::Device(device), Some(texture), Some(agreement)) = (target, &self.texture, agreement)
         else {
             return Ok(None);
         };
         let values = texture.read(device)?;
-        let agreement = shader.agreement();
         Ok(Some(Parity::compare(decoder, agreement, FrameIndex::FIRST, frame.values(), &values)))
     }
 }

@@ -103,8 +103,12 @@ pub struct Record {
     /// Remarks, separated by `; `.
     pub notes: Option<String>,
     /// Median time in which the device decodes the frame into a texture, at the site *deferred*; by the device's
-    /// timestamps where all runs have believable ones, else by the wall clock. `frame_ms` does not hold it.
+    /// timestamps where all runs have believable ones, else by the wall clock. `frame_ms` does not hold it. Cells of one
+    /// codec and its settings share the decode, and so this figure.
     pub device_decode_ms: Option<f64>,
+    /// Bytes on the device while it decodes that frame: those of `resident_bytes`, scratch buffers, and the buffer
+    /// through which texels go into the texture. Staging for uploads is not counted.
+    pub device_decode_bytes: Option<u64>,
 }
 
 /// Spread (interquartile range over median) of the paired ratio above which a frame time is flagged: the middle half

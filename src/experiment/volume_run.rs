@@ -1,5 +1,6 @@
 //! The cells of one volume on one device: baseline, stages, and codec by codec.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -8,15 +9,26 @@ use cvr_core::pipeline::Cell;
 use cvr_core::render::{Filter, Renderer};
 
 use super::cell_run::{self, empty_record, record_encoding, write_picture};
+use super::deferred::SharedDecode;
 use super::encoded::{Encoded, encode};
 use super::ledger::{Ledger, reference_id};
 use super::record::Record;
 use super::runner::{Numbered, Run, RunError};
 use super::shard::same_group;
 use super::stage::{RAW, RawVolume, Stage};
-use super::target::{HostVolume, Target};
+use super::target::{Decoded, HostVolume, Target};
 use super::volumes::LoadedVolume;
 use crate::registry::renderer;
+
+/// What cells of one codec and its settings share beside the stream, as long as one of them runs.
+struct Shared {
+    /// Mismatches of the site *inline*, where a cell asks for it.
+    parity: Result<Option<u64>, String>,
+    /// The frame that the CPU decoded, where a cell asks for it.
+    host: Result<Option<HostVolume>, String>,
+    /// The frame that the device decoded, once a cell has asked for it.
+    deferred: OnceCell<Result<SharedDecode, String>>,
+}
 
 type Stages<'a> = BTreeMap<(&'a str, &'a str), Result<Stage<'a>, String>>;
 
@@ -131,18 +143,7 @@ impl<'a> VolumeRun<'a> {
         if self.run.stopped() {
             return Ok(());
         }
-        let parity = encoded.as_ref().map_err(Clone::clone).and_then(|encoded| {
-            if cells.iter().any(|n| n.cell.site == Site::Inline) {
-                let use_cell = cells.iter().any(|n| n.cell.filter == Filter::OptimisedLinear);
-                return encoded.parity(&first.codec, self.target, use_cell);
-            }
-            Ok(None)
-        });
-        let wants_host = cells.iter().any(|n| n.cell.site == Site::Host);
-        let host = encoded.as_ref().map_err(Clone::clone).and_then(|encoded| {
-            let upload = || self.target.upload(encoded.decoder.as_ref(), encoded.frame.clone());
-            wants_host.then(upload).transpose().map_err(|e| e.to_string())
-        });
+        let shared = self.shared(cells, &encoded);
         for &Numbered { index, cell } in cells {
             if self.run.stopped() {
                 break;
@@ -152,8 +153,8 @@ impl<'a> VolumeRun<'a> {
             let stage = stages.get_mut(&(cell.scene.as_str(), cell.renderer.as_str()));
             let result = match (&encoded, stage) {
                 (Ok(encoded), Some(Ok(stage))) => {
-                    record_encoding(&mut record, encoded, parity.as_ref().ok().copied().flatten());
-                    self.cell(&mut record, cell, encoded, &host, &parity, stage)
+                    record_encoding(&mut record, encoded, shared.parity.as_ref().ok().copied().flatten());
+                    self.cell(&mut record, cell, encoded, &shared, stage)
                 }
                 (Err(problem), _) => Err(problem.clone()),
                 (_, Some(Err(problem))) => Err(problem.clone()),
@@ -172,22 +173,47 @@ impl<'a> VolumeRun<'a> {
         Ok(())
     }
 
+    /// What is decoded and compared for all of these cells; the device decodes when the first cell asks for it.
+    fn shared(&self, cells: &[Numbered<'_>], encoded: &Result<Encoded, String>) -> Shared {
+        let any = |site| cells.iter().any(|n| n.cell.site == site);
+        let of = encoded.as_ref().map_err(Clone::clone);
+        let parity = of.clone().and_then(|encoded| {
+            if any(Site::Inline) {
+                let use_cell = cells.iter().any(|n| n.cell.filter == Filter::OptimisedLinear);
+                return encoded.parity(&cells[0].cell.codec, self.target, use_cell);
+            }
+            Ok(None)
+        });
+        let host = of.and_then(|encoded| {
+            let upload = || self.target.upload(encoded.decoder.as_ref(), encoded.frame.clone());
+            any(Site::Host).then(upload).transpose().map_err(|e| e.to_string())
+        });
+        Shared { parity, host, deferred: OnceCell::new() }
+    }
+
     fn cell(
         &self,
         record: &mut Record,
         cell: &Cell,
         encoded: &Encoded,
-        host: &Result<Option<HostVolume>, String>,
-        parity: &Result<Option<u64>, String>,
+        shared: &Shared,
         stage: &mut Stage<'_>,
     ) -> Result<(), String> {
-        let host = match cell.site {
-            Site::Host => host.clone()?,
-            _ => None,
+        let decoded = match cell.site {
+            Site::Host => Decoded::Host(shared.host.clone()?.ok_or("nothing was uploaded")?),
+            Site::Deferred => {
+                let decode = || {
+                    let decoder = encoded.decoder.as_ref();
+                    SharedDecode::new(self.target, &cell.codec, decoder, &encoded.frame)
+                        .map_err(|e| e.to_string())
+                };
+                Decoded::Deferred(shared.deferred.get_or_init(decode).as_ref()?.enter(record)?)
+            }
+            _ => Decoded::Inline,
         };
-        cell_run::run(record, cell, encoded, host, stage, self.run.folder, self.run.stop)?;
+        cell_run::run(record, cell, encoded, decoded, stage, self.run.folder, self.run.stop)?;
         encoded.check_promises()?;
-        match (cell.site, parity.clone()?) {
+        match (cell.site, shared.parity.clone()?) {
             (Site::Inline, Some(mismatches)) if mismatches > 0 => Err(format!(
                 "shader and CPU decoder disagree on {mismatches} samples beyond the codec's statement"
             )),

@@ -40,7 +40,7 @@ fn count(n: Option<u64>) -> String {
 }
 
 /// Columns in reading order: what the cell is, then size, voxels, picture, speed, and the rest.
-const COLUMNS: [Column; 41] = [
+const COLUMNS: [Column; 42] = [
     text("volume", "volume", |r| r.volume.clone()),
     text("codec", "codec", |r| r.codec.clone()),
     text("settings", "settings", |r| r.settings.clone()),
@@ -76,6 +76,7 @@ const COLUMNS: [Column; 41] = [
         short(r.decode_voxels_per_second.map(|v| v / 1e6))
     })),
     secondary(number("device_decode_ms", "decode on the device, ms", |r| short(r.device_decode_ms))),
+    secondary(number("device_decode_bytes", "on the device meanwhile", |r| bytes(r.device_decode_bytes))),
     secondary(number("voxels", "voxels", |r| r.voxels.to_string())),
     secondary(number("frames", "frames", |r| r.frames.to_string())),
     secondary(number("parity_mismatches", "parity mismatches", |r| count(r.parity_mismatches))),

@@ -14,7 +14,7 @@ use cvr::registry::Names;
 use cvr_core::pipeline::{Capabilities, Document, resolve};
 use cvr_engine::testing::test_device;
 
-const CONFIG: &str = r##"
+pub const CONFIG: &str = r##"
 [experiment]
 name = "tiny"
 seed = 3
@@ -44,9 +44,8 @@ size = [48, 48]
 transfer_function = [[0.0, "#00000000"], [40.0, "#2040a010"], [120.0, "#ffb04060"], [255.0, "#ffffffc0"]]
 "##;
 
-fn run(target: &Target, folder: &Path) -> Outcome {
-    let names = Names::new().unwrap();
-    let document = Document::parse("tiny.toml", CONFIG).unwrap();
+pub fn run(names: &Names, config: &str, target: &Target, folder: &Path) -> Outcome {
+    let document = Document::parse("tiny.toml", config).unwrap();
     let experiment = document.experiment(&names.known()).unwrap();
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     let volumes: Vec<_> = experiment.volumes.iter().map(|v| load(v, experiment.seed).unwrap()).collect();
@@ -54,7 +53,7 @@ fn run(target: &Target, folder: &Path) -> Outcome {
         experiment: &experiment,
         resolution: &resolution,
         volumes: &volumes,
-        names: &names,
+        names,
         target,
         reopen: &|| Err("this test opens its device once".to_owned()),
         folder,
@@ -65,7 +64,7 @@ fn run(target: &Target, folder: &Path) -> Outcome {
     run.run(Provenance::default()).unwrap()
 }
 
-fn find<'a>(records: &'a [Record], codec: &str, site: &str, filter: &str) -> &'a Record {
+pub fn find<'a>(records: &'a [Record], codec: &str, site: &str, filter: &str) -> &'a Record {
     records.iter().find(|r| r.codec == codec && r.site == site && r.filter == filter).unwrap()
 }
 
@@ -73,7 +72,7 @@ fn find<'a>(records: &'a [Record], codec: &str, site: &str, filter: &str) -> &'a
 fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
     let Some(device) = test_device("runs::experiment") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let outcome = run(&Target::Device(device.clone()), folder.path());
+    let outcome = run(&Names::new().unwrap(), CONFIG, &Target::Device(device.clone()), folder.path());
     let records = &outcome.records;
     // Two codecs, three sites, nearest and linear; and optimised-linear where there is a fetch_cell.
     assert_eq!((records.len(), outcome.refused.len(), outcome.failed()), (13, 5, 0), "{records:#?}");
@@ -99,6 +98,12 @@ fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
     // The texture, and what the device decoded it from.
     for codec in ["raw", "s3dc"] {
         assert_eq!(bytes(codec, "deferred"), bytes(codec, "host") + bytes(codec, "inline"), "{codec}");
+    }
+    // Decoded once, for both filters: two timings would not be equal.
+    for codec in ["raw", "s3dc"] {
+        let [nearest, linear] = ["nearest", "linear"].map(|filter| find(records, codec, "deferred", filter));
+        assert_eq!(nearest.device_decode_ms, linear.device_decode_ms, "{codec}");
+        assert!(linear.device_decode_bytes > linear.resident_bytes, "{codec}");
     }
     let picture = |site| {
         std::fs::read(folder.path().join(find(records, "raw", site, "linear").image.as_ref().unwrap()))

@@ -1,4 +1,5 @@
-//! Every renderer × its settings × lit × clipped × skipping × projection × site × filter is generated and validated.
+//! Every renderer × its settings × lit × clipped × skipping × projection × site × filter × channels is generated and
+//! validated.
 //!
 //! Renderers and settings are enumerated from the registry. Pictures whose shaders are the same text are generated once.
 
@@ -109,13 +110,13 @@ fn the_pass(plan: &Plan) -> &Pass {
 #[test]
 fn every_scene_of_every_renderer_is_generated_and_validated() {
     let names = Names::new().unwrap();
-    let codecs: Vec<_> = names.codecs().iter().collect();
-    let volume = varied([17, 9, 20], SampleType::U8, 1);
+    let codecs: Vec<_> = names.codecs().iter().flat_map(|codec| [(codec, 1), (codec, 3)]).collect();
     let mut table = Vec::new();
     for info in renderers().iter().map(|r| r.info()) {
         let mut counts: BTreeMap<String, (usize, HashSet<String>)> = BTreeMap::new();
-        for codec in &codecs {
+        for (codec, channels) in &codecs {
             let id = codec.info().id;
+            let volume = varied([17, 9, 20], SampleType::U8, *channels);
             let decoder = opened(codec.as_ref(), &codec.info().default_settings(), &volume);
             // The text of a shader follows from the pass, the filter and the source.
             let mut distinct: BTreeMap<String, (Pass, Filter, Site, TextureSampling)> = BTreeMap::new();
@@ -143,7 +144,7 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
                             let key = format!("{files:?} {:?} {site} {sampling:?} {filter}", pass.bindings());
                             let (pictures, shaders) = counts.entry(label.clone()).or_default();
                             *pictures += 1;
-                            shaders.insert(format!("{id} {key}"));
+                            shaders.insert(format!("{id} {channels} {key}"));
                             distinct.entry(key).or_insert_with(|| (pass.clone(), filter, site, sampling));
                         }
                     }

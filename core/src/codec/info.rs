@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 pub enum Site {
     /// In the shader, at every fetch.
     Inline,
-    /// On the device, a whole frame at once by the shader of [`Site::Inline`], into a texture. The CPU mirror, which has
-    /// no textures, decodes a frame as at [`Site::Host`].
+    /// On the device, a whole frame at once, into a texture: by passes of the codec's own ([`super::FrameDecode`]) or
+    /// by the shader of [`Site::Inline`]. The CPU mirror, which has no textures, decodes a frame as at [`Site::Host`].
     Deferred,
     /// On the CPU, into a texture.
     Host,
@@ -58,7 +58,8 @@ pub struct CodecInfo {
     pub summary: &'static str,
     /// Version of the stream that the encoder writes; decoders read it and all earlier ones.
     pub stream_version: u32,
-    /// Where its volumes can be decoded, apart from what follows by itself: see [`CodecInfo::offers`].
+    /// Where its volumes can be decoded, apart from what follows by itself: see [`CodecInfo::offers`]. *Inline* asks for
+    /// [`super::Decoder::shader`], *deferred* without it for [`super::Decoder::frame_decode`].
     pub sites: &'static [Site],
     /// Whether the snippet declares `<id>_fetch_cell`, which filter `optimised-linear` needs.
     pub fetch_cell: bool,
@@ -76,7 +77,7 @@ impl CodecInfo {
     }
 
     /// Whether its volumes can be decoded there. Whoever decodes one voxel in a shader decodes all of them, so that
-    /// *deferred* comes with *inline*.
+    /// *deferred* comes with *inline*; a codec that only rebuilds whole frames lists *deferred* alone.
     #[must_use]
     pub fn offers(&self, site: Site) -> bool {
         let needed = if site == Site::Deferred { Site::Inline } else { site };

@@ -4,6 +4,7 @@ mod block;
 mod encode;
 mod encode_file;
 mod error;
+mod frame_decode;
 mod info;
 mod parity;
 mod registry;
@@ -15,6 +16,7 @@ pub use block::Block;
 pub use encode::{Cancelled, EncodeReport, Encoder, Progress};
 pub use encode_file::{encode_file, encode_temporary};
 pub use error::{ConfigError, DecodeError, EncodeError};
+pub use frame_decode::{FrameDecode, FramePass, FramePasses, Scratch, ScratchUse, deferred_agreement};
 pub use info::{CodecInfo, Paper, Site};
 pub use parity::{Mismatch, Parity};
 pub use registry::{Registry, RegistryError};
@@ -88,6 +90,12 @@ pub trait Decoder: Send + Sync + Debug {
 
     /// How a shader decodes one voxel, if it can.
     fn shader(&self) -> Option<&dyn ShaderDecode> {
+        None
+    }
+
+    /// How passes of the codec's own rebuild a whole frame on a device, if it brings any. The site *deferred* then
+    /// runs them, and does not ask for [`Decoder::shader`].
+    fn frame_decode(&self) -> Option<&dyn FrameDecode> {
         None
     }
 }

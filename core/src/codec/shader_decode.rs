@@ -22,7 +22,9 @@ pub trait ShaderDecode: Send + Sync {
     fn resources(&self, frame: FrameIndex) -> Result<Vec<Resource<'_>>, DecodeError>;
 }
 
-/// A snippet: it declares `<id>_fetch(p: vec3<i32>) -> vec4<f32>` (p in bounds; a scalar in `.x`), optionally
+/// Text of a codec: a snippet, or a pass, whose contract is that of [`super::FramePass`].
+///
+/// A snippet declares `<id>_fetch(p: vec3<i32>) -> vec4<f32>` (p in bounds; a scalar in `.x`), optionally
 /// `<id>_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8>` (the corners of the cell from `p` to
 /// `q`, both in bounds, `q` = `p` or `p + 1` per axis; corner `i` takes x from bit 0, y from bit 1, z from
 /// bit 2 of `i`), and only names that begin with `<id>_`. It has no `@group`.
@@ -107,6 +109,13 @@ pub trait VoxelDump {
         frame: FrameIndex,
         use_cell: bool,
     ) -> Result<Vec<f32>, String>;
+
+    /// All decoded samples of `frame`, in the same order, as the site *deferred* decodes them: by the codec's own
+    /// passes if it brings any, and through the texel of [`Decoder::decoded_form`].
+    ///
+    /// # Errors
+    /// As [`VoxelDump::dump`].
+    fn dump_frame(&self, codec: &str, decoder: &dyn Decoder, frame: FrameIndex) -> Result<Vec<f32>, String>;
 }
 
 /// Format of one texel.

@@ -1,9 +1,9 @@
-//! The snippet through the real generator: parsed, held to its contract, validated.
+//! Snippet and passes through the real generator: parsed, held to their contract, validated.
 
 use cvr_shaders::{DUMP, DUMP_CELL, Template};
 
-use crate::codec::{CodecInfo, Decoder, ShaderDecode};
-use crate::shader::{BindingKind, BindingLimits, Request, ResourceSize, Source, generate};
+use crate::codec::{CodecInfo, Decoder, ShaderDecode, Site};
+use crate::shader::{BindingKind, BindingLimits, DeferredShaders, Request, ResourceSize, Source, generate};
 use crate::volume::{FrameIndex, Level};
 
 /// What is wrong with the snippet of a stream, if anything.
@@ -18,6 +18,16 @@ pub fn problem(info: &CodecInfo, decoder: &dyn Decoder, shader: &dyn ShaderDecod
         }
         _ => None,
     }
+}
+
+/// What is wrong with what the site *deferred* runs for a stream whose codec brings passes, if anything.
+pub fn frame_problem(info: &CodecInfo, decoder: &dyn Decoder) -> Option<String> {
+    if !info.offers(Site::Deferred) {
+        return Some("it brings passes for whole frames, but info does not list site deferred".to_owned());
+    }
+    let (key, format) = ((FrameIndex::FIRST, Level::FULL), decoder.decoded_form().format);
+    let shaders = DeferredShaders::generate(info.id, decoder, key, format, BindingLimits::default());
+    shaders.err().map(|e| e.to_string())
 }
 
 fn dump_shader(

@@ -30,6 +30,10 @@ pub fn check(case: &Case<'_>, report: &mut Report) {
         let problem = module::problem(case.codec.info(), decoder.as_ref(), shader);
         report.check(Property::Module, problem.is_none(), || problem.unwrap_or_default());
     }
+    if decoder.frame_decode().is_some() {
+        let problem = module::frame_problem(case.codec.info(), decoder.as_ref());
+        report.check(Property::Module, problem.is_none(), || problem.unwrap_or_default());
+    }
 }
 
 /// Decoded values are finite and within the bound that the stream states.
@@ -140,5 +144,12 @@ fn keys(decoder: &dyn Decoder, decoded: &Decoded, report: &mut Report) {
     if let Some(shader) = decoder.shader() {
         let accepted = shader.resources(FrameIndex(layout.frames)).is_ok();
         report.check(Property::Keys, !accepted, || "resources of a frame that does not exist".to_owned());
+    }
+    if let Some(shader) = decoder.frame_decode() {
+        let wrong = Level { resolution: 200, stages: 1 };
+        for (frame, level) in [(FrameIndex(layout.frames), Level::FULL), (FrameIndex::FIRST, wrong)] {
+            let accepted = shader.passes(frame, level).is_ok();
+            report.check(Property::Keys, !accepted, || format!("passes of {frame:?}, {level:?}"));
+        }
     }
 }

@@ -10,7 +10,7 @@ use super::decoded::{Decoded, difference};
 use super::{Case, Property, Report};
 use crate::codec::{CodecInfo, DecodeError, Settings};
 use crate::container::{ContainerError, ContainerWriter, Element, EncodedVolume, StreamWriter as _};
-use crate::volume::{Extent, FrameIndex, VolumeLayout};
+use crate::volume::{Extent, FrameIndex, Level, VolumeLayout};
 
 /// A container's content, to be changed and written again with right checksums.
 #[derive(Clone)]
@@ -195,6 +195,9 @@ fn decode(case: &Case<'_>, content: &Content) -> Result<Outcome, String> {
         }
         if let Some(shader) = decoder.shader() {
             let _ = shader.resources(FrameIndex::FIRST);
+        }
+        if let Some(shader) = decoder.frame_decode() {
+            let _ = shader.passes(FrameIndex::FIRST, Level::FULL);
         }
         Outcome::Accepted
     };

@@ -11,7 +11,7 @@ mod volume;
 pub use agreement::{AgreementRule, Disagreement, ImageAgreement, image_agreement, shifted};
 pub use error_picture::{ERROR_CLASSES, ErrorClass, error_colour, error_picture};
 pub use image::{ImageError, SizeMismatch, VISIBLE_ALPHA, visible};
-pub use volume::{VolumeComparison, VolumeError};
+pub use volume::{FrameError, VolumeComparison, VolumeError};
 
 /// Peak signal-to-noise ratio in dB: `+∞` without error, `−∞` when the error is infinite.
 ///

@@ -32,6 +32,17 @@ pub struct VolumeError {
     pub max_abs_error: f64,
     /// Mean squared error in squared data units.
     pub mse: f64,
+    /// PSNR of red, green and blue, each with the volume's own peak; of a scalar volume `None`.
+    pub channel_psnr_db: [Option<f64>; 3],
+}
+
+/// Error of one decoded frame.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct FrameError {
+    /// PSNR of the frame, with the peak of the whole volume.
+    pub psnr_db: f64,
+    /// Largest absolute difference in data units.
+    pub max_abs_error: f64,
 }
 
 impl VolumeError {
@@ -65,6 +76,7 @@ pub struct VolumeComparison<'a> {
 #[derive(Copy, Clone, Debug, Default)]
 struct Sums {
     squared: f64,
+    channel_squared: [f64; 3],
     foreground_squared: f64,
     foreground_samples: u64,
     max: f64,
@@ -74,6 +86,7 @@ impl Sums {
     fn plus(self, other: Self) -> Self {
         Self {
             squared: self.squared + other.squared,
+            channel_squared: std::array::from_fn(|c| self.channel_squared[c] + other.channel_squared[c]),
             foreground_squared: self.foreground_squared + other.foreground_squared,
             foreground_samples: self.foreground_samples + other.foreground_samples,
             max: self.max.max(other.max),
@@ -88,11 +101,11 @@ impl<'a> VolumeComparison<'a> {
         Self { reference, mode: mode(reference), frames: 0, sums: Sums::default() }
     }
 
-    /// Compares the next frame: x fastest, channels interleaved.
+    /// Compares the next frame: x fastest, channels interleaved. Returns the error of this frame alone.
     ///
     /// # Panics
     /// When the original has no further frame, or not this many samples in one.
-    pub fn add_frame(&mut self, decoded: &[f32]) {
+    pub fn add_frame(&mut self, decoded: &[f32]) -> FrameError {
         let layout = self.reference.layout();
         assert!(self.frames < layout.frames, "the original has {} frames", layout.frames);
         assert_eq!(decoded.len() as u64, layout.samples_per_frame(), "samples of a decoded frame");
@@ -105,8 +118,11 @@ impl<'a> VolumeComparison<'a> {
             .zip(decoded.par_chunks(slab))
             .map(|(original, decoded)| self.slab(layout, original, decoded))
             .collect();
-        self.sums = slabs.into_iter().fold(self.sums, Sums::plus);
+        let frame = slabs.into_iter().fold(Sums::default(), Sums::plus);
+        self.sums = self.sums.plus(frame);
         self.frames += 1;
+        let mse = frame.squared / layout.samples_per_frame() as f64;
+        FrameError { psnr_db: psnr_db(mse, self.reference.range().span()), max_abs_error: frame.max }
     }
 
     /// The error over all frames.
@@ -118,7 +134,9 @@ impl<'a> VolumeComparison<'a> {
         let layout = self.reference.layout();
         assert_eq!(self.frames, layout.frames, "compared frames");
         let peak = self.reference.range().span();
-        let Sums { squared, foreground_squared, foreground_samples, max } = self.sums;
+        let Sums { squared, channel_squared, foreground_squared, foreground_samples, max } = self.sums;
+        let channel_psnr_db = channel_squared
+            .map(|squared| (layout.channels == 3).then(|| psnr_db(squared / layout.voxels() as f64, peak)));
         let mse = squared / layout.samples() as f64;
         let foreground_mse = foreground_squared / foreground_samples as f64;
         VolumeError {
@@ -126,6 +144,7 @@ impl<'a> VolumeComparison<'a> {
             foreground_psnr_db: (foreground_samples > 0).then(|| psnr_db(foreground_mse, peak)),
             max_abs_error: max,
             mse,
+            channel_psnr_db,
         }
     }
 
@@ -144,7 +163,9 @@ impl<'a> VolumeComparison<'a> {
                             (x0..x1).map(move |u| ((z * y + v) * x + u) * channels + channel)
                         })
                     });
-                    sums = sums.plus(self.block(voxels, original, decoded));
+                    let mut block = self.block(voxels, original, decoded);
+                    block.channel_squared[channel] = block.squared;
+                    sums = sums.plus(block);
                 }
             }
         }
@@ -227,6 +248,32 @@ mod tests {
         assert_eq!(changed.max_abs_error, 1.0);
         assert_eq!(changed.mse, 1.0 / f64::from(13 * 17 * 23));
         assert!(changed.psnr_db.is_finite());
+    }
+
+    #[test]
+    fn channels_and_frames_have_errors_of_their_own() {
+        let mut layout = VolumeLayout::scalar(Extent::new(5, 3, 2).unwrap(), SampleType::U8);
+        (layout.channels, layout.frames) = (3, 2);
+        let original = FiniteVolume::new(DenseVolume::new(layout, Samples::U8(noise(180))).unwrap());
+        let mut frames = [0, 1].map(|frame| original.dense().frame_values(FrameIndex(frame)));
+        // Green of one voxel of the second frame.
+        frames[1][3 * 7 + 1] += if frames[1][3 * 7 + 1] > 100.0 { -3.0 } else { 3.0 };
+        let mut comparison = VolumeComparison::new(&original);
+        assert_eq!(
+            comparison.add_frame(&frames[0]),
+            FrameError { psnr_db: f64::INFINITY, max_abs_error: 0.0 }
+        );
+        let second = comparison.add_frame(&frames[1]);
+        assert!(second.psnr_db.is_finite() && second.max_abs_error == 3.0);
+        let whole = comparison.finish();
+        let [red, green, blue] = whole.channel_psnr_db.map(Option::unwrap);
+        assert_eq!((red, blue), (f64::INFINITY, f64::INFINITY));
+        // Half as many samples as in both frames and a third of the channels.
+        assert!((whole.psnr_db - second.psnr_db - 10.0 * 2_f64.log10()).abs() < 1e-9);
+        assert!((whole.psnr_db - green - 10.0 * 3_f64.log10()).abs() < 1e-9);
+        let scalar = volume([4, 1, 1], Samples::U8(vec![10, 20, 30, 40]), 1);
+        let equal = VolumeError::compare(&scalar, [values(&scalar)]);
+        assert_eq!(equal.channel_psnr_db, [None; 3]);
     }
 
     #[test]

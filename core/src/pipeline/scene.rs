@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use crate::render::{
-    Camera, ClipBox, ControlPoint, Filter, Shading, TransferFunction, TransferFunctionError, View,
+    Camera, ClipBox, ColourOpacity, ControlPoint, Filter, Shading, TransferFunction, TransferFunctionError,
+    View,
 };
 use crate::volume::ValueRange;
 
@@ -74,6 +75,8 @@ impl Scene {
             step_voxels: self.step_voxels,
             termination: self.early_termination,
             filter,
+            colour_opacity: ColourOpacity::default(),
+            value_range: range,
             shading: self.shading,
             clip: self.clip,
             macrocells: None,

@@ -2,6 +2,7 @@
 
 mod camera;
 mod clip;
+mod colour;
 mod image;
 mod macrocells;
 pub mod mirror;
@@ -17,6 +18,7 @@ mod voxels;
 
 pub use camera::{Camera, Projection, RayFrame};
 pub use clip::ClipBox;
+pub use colour::{ColourOpacity, OpacityTable, OpacityTableError};
 pub use image::{Image, ImageError, write_png};
 pub use macrocells::{MacrocellRanges, Macrocells};
 pub use modules::SceneModules;

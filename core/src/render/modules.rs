@@ -2,8 +2,8 @@
 
 use cvr_shaders as shaders;
 
-use super::uniforms::{ClipUniform, LightingUniform, ViewUniform, uniform_bytes};
-use super::{Input, Projection, RenderError, Template, View};
+use super::uniforms::{ClipUniform, ColourUniform, LightingUniform, ViewUniform, uniform_bytes};
+use super::{ColourOpacity, Input, Projection, RayFrame, RenderError, Template, View};
 use crate::shader::BindingKind;
 use crate::volume::VolumeLayout;
 
@@ -20,50 +20,73 @@ impl SceneModules {
     /// The modules of a view of a volume.
     ///
     /// # Errors
-    /// When no module classifies such a volume.
+    /// When a uniform cannot be laid out.
     pub fn new(view: &View, layout: &VolumeLayout) -> Result<Self, RenderError> {
-        scalar_only(layout)?;
         let rays = view.camera.rays(layout, view.size);
-        let table = bytemuck::cast_slice(view.transfer_function.table()).to_vec();
-        let mut templates = vec![shaders::VIEW, shaders::CLASSIFY_SCALAR];
-        let mut inputs = vec![
-            Input { kind: BindingKind::View, contents: uniform_bytes(&ViewUniform::new(view, &rays))? },
-            Input { kind: BindingKind::TransferTable, contents: table },
-        ];
-        templates.push(match view.camera.projection {
+        let camera = match view.camera.projection {
             Projection::Perspective => shaders::CAMERA_PERSPECTIVE,
             Projection::Orthographic => shaders::CAMERA_ORTHOGRAPHIC,
-        });
-        if view.clip.is_some() {
-            templates.push(shaders::BOUNDS_CLIP);
-            let contents = uniform_bytes(&ClipUniform::new(view.bounds(layout.extent)))?;
-            inputs.push(Input { kind: BindingKind::Clip, contents });
-        } else {
-            templates.push(shaders::BOUNDS_WHOLE);
-        }
-        if let Some(shading) = &view.shading {
-            templates.extend([shaders::OPTICS_LIT, shaders::GRADIENT, shaders::BLINN_PHONG]);
-            let contents = uniform_bytes(&LightingUniform::new(view, shading, &rays))?;
-            inputs.push(Input { kind: BindingKind::Lighting, contents });
-        } else {
-            templates.push(shaders::OPTICS_UNLIT);
-        }
+        };
+        let mut modules = Self { templates: vec![shaders::VIEW, camera], inputs: Vec::new() };
+        modules.read(BindingKind::View, uniform_bytes(&ViewUniform::new(view, &rays))?);
+        modules.bounds(view, layout)?;
+        modules.classification(view, layout)?;
+        modules.optics(view, layout, &rays)?;
         if let Some(macrocells) = &view.macrocells {
-            templates.push(shaders::MACROCELLS);
-            let contents = bytemuck::cast_slice(macrocells.words()).to_vec();
-            inputs.push(Input { kind: BindingKind::Macrocells, contents });
+            modules.templates.push(shaders::MACROCELLS);
+            modules.read(BindingKind::Macrocells, bytemuck::cast_slice(macrocells.words()).to_vec());
         }
-        Ok(Self { templates, inputs })
+        Ok(modules)
     }
-}
 
-/// Every renderer classifies scalars.
-pub(super) fn scalar_only(layout: &VolumeLayout) -> Result<(), RenderError> {
-    if layout.channels == 1 {
-        return Ok(());
+    fn read(&mut self, kind: BindingKind, contents: Vec<u8>) {
+        self.inputs.push(Input { kind, contents });
     }
-    Err(RenderError::Unsupported(format!(
-        "transfer functions classify scalar volumes; this one has {} channels",
-        layout.channels
-    )))
+
+    fn bounds(&mut self, view: &View, layout: &VolumeLayout) -> Result<(), RenderError> {
+        if view.clip.is_none() {
+            self.templates.push(shaders::BOUNDS_WHOLE);
+            return Ok(());
+        }
+        self.templates.push(shaders::BOUNDS_CLIP);
+        self.read(BindingKind::Clip, uniform_bytes(&ClipUniform::new(view.bounds(layout.extent)))?);
+        Ok(())
+    }
+
+    fn classification(&mut self, view: &View, layout: &VolumeLayout) -> Result<(), RenderError> {
+        let is_colour = layout.channels != 1;
+        if is_colour {
+            self.templates.push(shaders::COLOUR);
+            self.read(BindingKind::Colour, uniform_bytes(&ColourUniform::new(view, layout.sample))?);
+        }
+        if let (true, ColourOpacity::Table(table)) = (is_colour, &view.colour_opacity) {
+            self.templates.push(shaders::CLASSIFY_COLOUR_TABLE);
+            self.read(BindingKind::OpacityTable, bytemuck::cast_slice(table.numbers()).to_vec());
+            return Ok(());
+        }
+        self.templates.push(shaders::TRANSFER);
+        if is_colour {
+            self.templates.extend([shaders::CLASSIFY_COLOUR_TRANSFER, shaders::HEIGHT_COLOUR]);
+        } else {
+            self.templates.push(shaders::CLASSIFY_SCALAR);
+        }
+        let table = bytemuck::cast_slice(view.transfer_function.table()).to_vec();
+        self.read(BindingKind::TransferTable, table);
+        Ok(())
+    }
+
+    fn optics(&mut self, view: &View, layout: &VolumeLayout, rays: &RayFrame) -> Result<(), RenderError> {
+        let Some(shading) = &view.shading else {
+            self.templates.push(shaders::OPTICS_UNLIT);
+            return Ok(());
+        };
+        self.templates.extend([shaders::OPTICS_LIT, shaders::GRADIENT, shaders::BLINN_PHONG]);
+        // What decides the opacity of a colour is there already.
+        let height = if layout.channels == 1 { shaders::HEIGHT_SCALAR } else { shaders::HEIGHT_COLOUR };
+        if !self.templates.contains(&height) {
+            self.templates.push(height);
+        }
+        self.read(BindingKind::Lighting, uniform_bytes(&LightingUniform::new(view, shading, rays))?);
+        Ok(())
+    }
 }

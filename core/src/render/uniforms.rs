@@ -4,7 +4,9 @@ use encase::internal::WriteInto;
 use encase::{ShaderSize, ShaderType, UniformBuffer};
 use glam::{UVec2, Vec3};
 
+use super::colour::light_range;
 use super::{Projection, RayFrame, RenderError, Shading, View};
+use crate::volume::SampleType;
 
 /// `View` of `shaders/view/view.wgsl`.
 #[derive(Clone, Debug, PartialEq, ShaderType)]
@@ -69,6 +71,27 @@ impl LightingUniform {
             flat: ((view.transfer_function.domain().span() * f64::from(Shading::FLAT)) as f32)
                 .max(f32::MIN_POSITIVE),
         }
+    }
+}
+
+/// `Colour` of `shaders/classify/colour.wgsl`; the mirror computes with the same numbers.
+#[derive(Copy, Clone, Debug, PartialEq, ShaderType)]
+pub(super) struct ColourUniform {
+    pub(super) weights: Vec3,
+    pub(super) scale: f32,
+    pub(super) offset: f32,
+}
+
+impl ColourUniform {
+    pub(super) fn new(view: &View, sample: SampleType) -> Self {
+        let range = light_range(sample, view.value_range);
+        let span = if range.span() > 0.0 { range.span() } else { 1.0 };
+        Self { weights: view.colour_opacity.weights(), scale: (1.0 / span) as f32, offset: range.min }
+    }
+
+    /// `light` of the shader.
+    pub(super) fn light(&self, voxel: Vec3) -> Vec3 {
+        ((voxel - self.offset) * self.scale).clamp(Vec3::ZERO, Vec3::ONE)
     }
 }
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, ClipBox, Macrocells, Shading, TransferFunction};
-use crate::volume::Extent;
+use super::{Camera, ClipBox, ColourOpacity, Macrocells, Shading, TransferFunction};
+use crate::volume::{Extent, ValueRange};
 
 /// How a value between voxel centres comes about.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -63,6 +63,10 @@ pub struct View {
     pub termination: f32,
     /// Filter.
     pub filter: Filter,
+    /// What decides the opacity of colours; scalars know nothing of it.
+    pub colour_opacity: ColourOpacity,
+    /// Lowest and highest value of the volume: dark and bright in colour volumes of floats.
+    pub value_range: ValueRange,
     /// How surfaces are lit; `None` = samples show the transfer function's colours.
     pub shading: Option<Shading>,
     /// What is drawn of the volume; `None` = all.
@@ -73,13 +77,16 @@ pub struct View {
 
 impl View {
     /// A plain view: 256 × 256 pixels from the default camera, half a voxel per step, every ray to its end, linear,
-    /// unlit, whole, nothing skipped.
+    /// unlit, whole, nothing skipped; colours by luminance.
     #[must_use]
     pub fn new(transfer_function: impl Into<Arc<TransferFunction>>) -> Self {
+        let transfer_function = transfer_function.into();
         Self {
             size: [256, 256],
             camera: Camera::default(),
-            transfer_function: transfer_function.into(),
+            value_range: transfer_function.domain(),
+            colour_opacity: ColourOpacity::default(),
+            transfer_function,
             step_voxels: 0.5,
             termination: 1.0,
             filter: Filter::Linear,

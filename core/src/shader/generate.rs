@@ -2,7 +2,8 @@
 
 use cvr_shaders as shaders;
 
-use super::lint::{self, Snippet};
+use super::accessors::{self, Access, Accessors};
+use super::lint::{self, Role, Snippet};
 use super::origin::Mapped;
 use super::text::{self, Text};
 use super::{Binding, BindingKind, GeneratedShader, Request, ShaderError, Source, TextureSampling};
@@ -23,7 +24,7 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
         _ => (shaders::VOXEL_RGB, shaders::CHANNEL_RGB),
     };
     out.template(voxel);
-    if calls("voxel_channel(") {
+    if calls("voxel_channel(") || matches!(request.source, Source::Frame { .. }) {
         out.template(channels);
     }
     let (declarations, mut bindings) = text::template_bindings(request.bindings);
@@ -45,9 +46,8 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
             let cell = by_cells || calls("voxel_cell(");
             // The other filters fetch single voxels.
             let fetch = request.filter.is_some() && !by_cells || calls("voxel_fetch(");
-            let storage_used = bindings.iter().filter(|b| !b.kind.is_uniform()).count() as u32;
             let (accessors, parts) =
-                text::resource_accessors(codec, resources, request.limits, storage_used)?;
+                accessors::resource_accessors(codec, resources, request.limits, storage_of(&bindings))?;
             bindings.extend(parts);
             let constants = text::codec_constants(codec, &module.constants)?;
             out.generated(&format!("constants of codec {codec}"), &constants);
@@ -56,7 +56,22 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
             out.generated(&format!("level of codec {codec}"), &level);
             out.generated("voxels are decoded at every fetch", &text::inline_source(codec, fetch, cell));
             out.file(module.file, module.source, true);
-            snippet = Some(Snippet { codec, file: module.file, source: module.source, cell });
+            snippet =
+                Some(Snippet { codec, file: module.file, source: module.source, role: Role::Voxel { cell } });
+        }
+        Source::Frame { buffer, words } => {
+            let mut frame = Accessors::new("the rebuilt frame", request.limits);
+            let read = Access { read: true, write: false };
+            frame.add("frame_words", "", *words, read, |first, words| BindingKind::Scratch {
+                buffer: *buffer,
+                first,
+                words,
+                written: false,
+            })?;
+            let (declarations, parts) = frame.finish(storage_of(&bindings))?;
+            bindings.extend(parts);
+            out.generated("the frame that the codec's passes have rebuilt", &declarations);
+            out.template(shaders::DEFERRED_FRAME);
         }
         Source::Texture { form, sampling } => {
             let hardware = *sampling == TextureSampling::Hardware && request.filter == Some(Filter::Linear);
@@ -71,6 +86,11 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
         }
     }
     prove(out, request, snippet.as_ref(), bindings)
+}
+
+/// Storage buffers among the template's bindings.
+fn storage_of(bindings: &[Binding]) -> u32 {
+    bindings.iter().filter(|b| !b.kind.is_uniform()).count() as u32
 }
 
 /// How a value becomes the bits of a texel.
@@ -94,7 +114,7 @@ fn provided(source: &Source<'_>) -> String {
 
 /// Appends the modules of the filter.
 fn filter(out: &mut Text, request: &Request<'_>) -> Result<(), ShaderError> {
-    let texture = matches!(request.source, Source::Texture { .. });
+    let decoded = !matches!(request.source, Source::Inline { .. });
     let hardware = matches!(request.source, Source::Texture { sampling: TextureSampling::Hardware, .. });
     match request.filter {
         None => {}
@@ -104,9 +124,9 @@ fn filter(out: &mut Text, request: &Request<'_>) -> Result<(), ShaderError> {
             out.template(shaders::TRILINEAR);
             out.template(shaders::FILTER_LINEAR);
         }
-        Some(Filter::OptimisedLinear) if texture => {
+        Some(Filter::OptimisedLinear) if decoded => {
             let text =
-                "filter `optimised-linear` decodes a cell at once; a decoded texture has nothing to decode";
+                "filter `optimised-linear` decodes a cell at once; what is decoded has nothing to decode";
             return Err(ShaderError(text.to_owned()));
         }
         Some(Filter::OptimisedLinear) => {
@@ -137,10 +157,14 @@ fn prove(
     if !module.entry_points.iter().any(|e| e.name == request.entry) {
         return Err(ShaderError(format!("the template declares no entry point `{}`", request.entry)));
     }
-    let flags = naga::valid::ValidationFlags::all();
-    naga::valid::Validator::new(flags, naga::valid::Capabilities::empty())
-        .validate(&module)
-        .map_err(|e| mapped.validation_error(&e))?;
+    validate(&module, &mapped)?;
     let Text { wgsl, segments } = out;
     Ok(GeneratedShader { wgsl, segments, bindings, entry: request.entry.to_owned() })
+}
+
+/// Holds a module to the rules of WGSL, without any extension.
+pub(super) fn validate(module: &naga::Module, mapped: &Mapped<'_>) -> Result<(), ShaderError> {
+    let flags = naga::valid::ValidationFlags::all();
+    let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+    validator.validate(module).map(drop).map_err(|e| mapped.validation_error(&e))
 }

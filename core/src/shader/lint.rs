@@ -1,39 +1,75 @@
-//! The contract of a snippet, proven.
+//! The contract of a codec's text, snippet or pass, proven.
 //!
 //! What it may declare is read off its own tokens, since naga's module keeps no aliases and merges equal types.
 //! What its functions are and do is read off naga's IR, between parsing and validation: later, an error would
 //! point at the template that calls the snippet.
 
-use naga::{Expression, Function, MathFunction, ScalarKind, TypeInner, VectorSize};
+use naga::{AddressSpace, Expression, Function, MathFunction, ScalarKind, TypeInner, VectorSize};
 
 use super::ShaderError;
 use super::origin::Mapped;
+use super::tokens::{declared_functions, tokens};
 use crate::diagnostic::{Diagnostic, Place, SourceText};
 
 /// Signature of `<id>_fetch`.
 const FETCH: &str = "(p: vec3<i32>) -> vec4<f32>";
 /// Signature of `<id>_fetch_cell`.
 const FETCH_CELL: &str = "(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8>";
+/// Invocations of a workgroup along x, y and z, and of the whole workgroup: what every WebGPU device offers.
+const WORKGROUP: ([u32; 3], u32) = ([256, 256, 64], 256);
+/// Bytes of a workgroup's variables: what every WebGPU device offers.
+const WORKGROUP_BYTES: u32 = 16 << 10;
 
-/// A codec's snippet under test.
+/// A codec's text under test.
 pub struct Snippet<'a> {
     pub codec: &'a str,
     pub file: &'a str,
     pub source: &'a str,
-    /// Whether something calls `<id>_fetch_cell`.
-    pub cell: bool,
+    pub role: Role<'a>,
+}
+
+/// What the text is for.
+#[derive(Copy, Clone)]
+pub enum Role<'a> {
+    /// It decodes a voxel.
+    Voxel {
+        /// Whether something calls `<id>_fetch_cell`.
+        cell: bool,
+    },
+    /// It is one of the passes that rebuild a frame.
+    Pass {
+        /// Its entry point, prefix included.
+        entry: &'a str,
+    },
 }
 
 impl Snippet<'_> {
+    const fn noun(&self) -> &'static str {
+        match self.role {
+            Role::Voxel { .. } => "snippet",
+            Role::Pass { .. } => "pass",
+        }
+    }
+
     fn error(&self, message: &str, at: std::ops::Range<usize>, label: &str, note: &str) -> ShaderError {
         let place = Place::new(SourceText::new(self.file, self.source), at);
         ShaderError(Diagnostic::new(message, place, label).with_note(note).to_string())
     }
 }
 
-/// Module-scope declarations: names under the codec's prefix, no variables, no attributes, no directives.
+/// Module-scope declarations: names under the codec's prefix, no variables, no attributes, no directives. A pass has an
+/// entry point and variables of its workgroup.
 pub fn declarations(snippet: &Snippet<'_>) -> Result<(), ShaderError> {
     let prefix = format!("{}_", snippet.codec);
+    let (noun, pass) = (snippet.noun(), matches!(snippet.role, Role::Pass { .. }));
+    let foreign = |at, name: &str| {
+        snippet.error(
+            &format!("`{name}` does not begin with `{prefix}`"),
+            at,
+            &format!("declared by the {noun}"),
+            &format!("a {noun} declares only names that begin with its codec's id: `{prefix}{name}`"),
+        )
+    };
     let mut depth = 0_usize;
     let mut tokens = tokens(snippet.source).into_iter().peekable();
     while let Some((at, token)) = tokens.next() {
@@ -44,11 +80,15 @@ pub fn declarations(snippet: &Snippet<'_>) -> Result<(), ShaderError> {
                 // Attributes on members and parameters are harmless; on declarations they make bindings and
                 // entry points.
                 let name = tokens.peek().map_or("", |t| t.1);
-                if matches!(name, "group" | "binding" | "compute" | "vertex" | "fragment" | "workgroup_size")
-                {
+                let refused = match name {
+                    "group" | "binding" | "vertex" | "fragment" => true,
+                    "compute" | "workgroup_size" => !pass,
+                    _ => false,
+                };
+                if refused {
                     let end = tokens.peek().map_or(at.end, |t| t.0.end);
                     return Err(snippet.error(
-                        &format!("a snippet has no `@{name}`"),
+                        &format!("a {noun} has no `@{name}`"),
                         at.start..end,
                         "bindings and entry points belong to the generator",
                         &format!(
@@ -59,45 +99,61 @@ pub fn declarations(snippet: &Snippet<'_>) -> Result<(), ShaderError> {
             }
             "enable" | "requires" | "diagnostic" if depth == 0 => {
                 return Err(snippet.error(
-                    &format!("a snippet has no `{token}` directive"),
+                    &format!("a {noun} has no `{token}` directive"),
                     at,
                     "directives must stand at the head of the whole shader",
-                    "write the snippet in core WGSL",
+                    "write it in core WGSL",
+                ));
+            }
+            "override" if depth == 0 => {
+                return Err(snippet.error(
+                    &format!("a {noun} has no `override`"),
+                    at,
+                    "nobody gives it a value",
+                    "declare a constant in the codec, or a `const` here",
                 ));
             }
             "var" if depth == 0 => {
+                if pass && tokens.next_if(|(_, token)| *token == "workgroup").is_some() {
+                    match tokens.peek() {
+                        Some((at, name)) if !name.starts_with(&prefix) => {
+                            return Err(foreign(at.clone(), name));
+                        }
+                        _ => continue,
+                    }
+                }
+                let but = if pass { " but those of its workgroup" } else { "" };
                 return Err(snippet.error(
-                    "a snippet has no variables at module scope",
+                    &format!("a {noun} has no variables at module scope{but}"),
                     at,
                     "state or binding declared here",
-                    "pass values as parameters; declare buffers as resources of the codec",
+                    "pass values as parameters; declare buffers in the codec",
                 ));
             }
-            "fn" | "const" | "override" | "struct" | "alias" if depth == 0 => {
+            "fn" | "const" | "struct" | "alias" if depth == 0 => {
                 if let Some((name_at, name)) = tokens.peek()
                     && !name.starts_with(&prefix)
                 {
-                    return Err(snippet.error(
-                        &format!("`{name}` does not begin with `{prefix}`"),
-                        name_at.clone(),
-                        "declared by the snippet",
-                        &format!(
-                            "a snippet declares only names that begin with its codec's id: `{prefix}{name}`"
-                        ),
-                    ));
+                    return Err(foreign(name_at.clone(), name));
                 }
             }
             _ => {}
         }
     }
     // Before naga sees the text: it would blame the template that calls what is missing.
+    let wanted = match snippet.role {
+        Role::Voxel { cell } => {
+            let fetch_cell = cell.then(|| (format!("{prefix}fetch_cell"), FETCH_CELL));
+            [Some((format!("{prefix}fetch"), FETCH)), fetch_cell]
+        }
+        Role::Pass { entry } => [Some((entry.to_owned(), "(..)")), None],
+    };
     let declared = declared_functions(snippet.source);
-    let wanted = [("fetch", FETCH, true), ("fetch_cell", FETCH_CELL, snippet.cell)];
-    for (name, signature, wanted) in wanted {
-        let name = format!("{prefix}{name}");
-        if wanted && !declared.iter().any(|(_, n)| *n == name) {
-            let message = format!("the snippet declares no function `{name}`");
-            let note = format!("the contract is `fn {name}{signature}`");
+    for (name, signature) in wanted.into_iter().flatten() {
+        if !declared.iter().any(|(_, n)| *n == name) {
+            let message = format!("the {noun} declares no function `{name}`");
+            let attributes = if pass { "@compute @workgroup_size(..) " } else { "" };
+            let note = format!("the contract is `{attributes}fn {name}{signature}`");
             return Err(snippet.error(&message, 0..0, "nowhere in this file", &note));
         }
     }
@@ -110,33 +166,43 @@ pub fn contract(
     module: &naga::Module,
     mapped: &Mapped<'_>,
 ) -> Result<(), ShaderError> {
-    let fetch = format!("{}_fetch", snippet.codec);
-    let cell = format!("{}_fetch_cell", snippet.codec);
-    require(snippet, module, &fetch, FETCH, |f| {
-        parameters(module, f, 1) && f.result.as_ref().is_some_and(|r| is_vec4f(module, r.ty))
-    })?;
-    if snippet.cell {
-        require(snippet, module, &cell, FETCH_CELL, |f| {
-            parameters(module, f, 2) && f.result.as_ref().is_some_and(|r| is_cell(module, r.ty))
-        })?;
+    match snippet.role {
+        Role::Voxel { cell } => {
+            let name = format!("{}_fetch", snippet.codec);
+            require(snippet, module, &name, FETCH, |f| {
+                parameters(module, f, 1) && f.result.as_ref().is_some_and(|r| is_vec4f(module, r.ty))
+            })?;
+            if cell {
+                let name = format!("{}_fetch_cell", snippet.codec);
+                require(snippet, module, &name, FETCH_CELL, |f| {
+                    parameters(module, f, 2) && f.result.as_ref().is_some_and(|r| is_cell(module, r.ty))
+                })?;
+            }
+        }
+        Role::Pass { entry } => workgroup(snippet, module, entry)?,
     }
     let own = declared_functions(snippet.source);
-    for (_, function) in module.functions.iter() {
-        if !function.name.as_deref().is_some_and(|n| own.iter().any(|(_, own)| *own == n)) {
+    let functions = module.functions.iter().map(|(_, f)| (f.name.as_deref(), f));
+    let entries = module.entry_points.iter().map(|e| (Some(e.name.as_str()), &e.function));
+    for (name, function) in functions.chain(entries) {
+        if !name.is_some_and(|n| own.iter().any(|(_, own)| *own == n)) {
             continue;
         }
         for (handle, expression) in function.expressions.iter() {
             let problem = match expression {
-                Expression::GlobalVariable(variable) => {
+                // Of a workgroup's own there are only those that `declarations` has let pass.
+                Expression::GlobalVariable(variable)
+                    if module.global_variables[*variable].space != AddressSpace::WorkGroup =>
+                {
                     let name = module.global_variables[*variable].name.as_deref().unwrap_or("?");
                     Some((
-                        format!("a snippet does not touch the binding `{name}`"),
-                        "read directly",
-                        "read resources through their accessors, which may split a buffer",
+                        format!("a {} does not touch the binding `{name}`", snippet.noun()),
+                        "used directly",
+                        "use buffers through their accessors, which may split a buffer",
                     ))
                 }
                 Expression::Math { fun, .. } if forbidden(*fun) => Some((
-                    format!("a snippet does not use `{}`", wgsl_name(*fun)),
+                    format!("a {} does not use `{}`", snippet.noun(), wgsl_name(*fun)),
                     "its precision differs from device to device",
                     "use shifts, masks and `bitcast` for packed values, and multiplication for powers",
                 )),
@@ -150,6 +216,42 @@ pub fn contract(
                 });
             }
         }
+    }
+    Ok(())
+}
+
+/// A pass has one entry point, whose workgroup every device can run.
+fn workgroup(snippet: &Snippet<'_>, module: &naga::Module, entry: &str) -> Result<(), ShaderError> {
+    let declared = declared_functions(snippet.source);
+    let error = |name: &str, message: &str, note: &str| {
+        let at = declared.iter().find(|(_, n)| *n == name).map_or(0..0, |(at, _)| at.clone());
+        Err(snippet.error(message, at, "declared here", note))
+    };
+    if let Some(other) = module.entry_points.iter().find(|e| e.name != entry) {
+        let message = format!("a pass has one entry point, and `{}` is another", other.name);
+        return error(&other.name, &message, &format!("the codec says that this one begins at `{entry}`"));
+    }
+    let Some(found) = module.entry_points.first() else {
+        let note = format!("the contract is `@compute @workgroup_size(..) fn {entry}(..)`");
+        return error(entry, &format!("`{entry}` is no entry point"), &note);
+    };
+    let ([x, y, z], (most, invocations)) = (found.workgroup_size, WORKGROUP);
+    let all = u64::from(x) * u64::from(y) * u64::from(z);
+    if x > most[0] || y > most[1] || z > most[2] || all > u64::from(invocations) {
+        let message = format!("a workgroup of {x}×{y}×{z} is {all} invocations");
+        let [x, y, z] = most;
+        let note =
+            format!("every device runs {invocations}, of at most {x}×{y}×{z}; no other number may be used");
+        return error(entry, &message, &note);
+    }
+    let variables = module.global_variables.iter().map(|(_, v)| v);
+    let of_workgroup = variables.filter(|v| v.space == AddressSpace::WorkGroup);
+    // None is what no type may have.
+    let size = |v: &naga::GlobalVariable| module.types[v.ty].inner.try_size(module.to_ctx());
+    let bytes: u64 = of_workgroup.map(|v| u64::from(size(v).unwrap_or(u32::MAX))).sum();
+    if bytes > u64::from(WORKGROUP_BYTES) {
+        let message = format!("the variables of this workgroup take {bytes} bytes");
+        return error(entry, &message, &format!("every device has {WORKGROUP_BYTES}"));
     }
     Ok(())
 }
@@ -199,64 +301,4 @@ fn forbidden(function: MathFunction) -> bool {
 fn wgsl_name(function: MathFunction) -> String {
     let name = format!("{function:?}");
     name[..1].to_lowercase() + &name[1..]
-}
-
-/// Names and places of the functions that a text declares at module scope.
-fn declared_functions(source: &str) -> Vec<(std::ops::Range<usize>, &str)> {
-    let mut functions = Vec::new();
-    let mut depth = 0_usize;
-    let mut tokens = tokens(source).into_iter().peekable();
-    while let Some((_, token)) = tokens.next() {
-        match token {
-            "{" => depth += 1,
-            "}" => depth = depth.saturating_sub(1),
-            "fn" if depth == 0 => functions.extend(tokens.peek().cloned()),
-            _ => {}
-        }
-    }
-    functions
-}
-
-/// Words and braces of a WGSL text, comments left out: enough to know what stands at module scope.
-fn tokens(source: &str) -> Vec<(std::ops::Range<usize>, &str)> {
-    let bytes = source.as_bytes();
-    let mut tokens = Vec::new();
-    let mut at = 0;
-    while at < bytes.len() {
-        let rest = &bytes[at..];
-        if rest.starts_with(b"//") {
-            at += rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
-        } else if rest.starts_with(b"/*") {
-            at += comment(rest);
-        } else if is_word(bytes[at]) {
-            let length = rest.iter().position(|&b| !is_word(b)).unwrap_or(rest.len());
-            tokens.push((at..at + length, &source[at..at + length]));
-            at += length;
-        } else {
-            if matches!(bytes[at], b'{' | b'}' | b'@') {
-                tokens.push((at..at + 1, &source[at..=at]));
-            }
-            at += 1;
-        }
-    }
-    tokens
-}
-
-/// Length of a block comment, which may nest.
-fn comment(text: &[u8]) -> usize {
-    let (mut depth, mut at) = (0_usize, 0);
-    while at < text.len() {
-        match &text[at..] {
-            [b'/', b'*', ..] => (depth, at) = (depth + 1, at + 2),
-            [b'*', b'/', ..] if depth == 1 => return at + 2,
-            [b'*', b'/', ..] => (depth, at) = (depth - 1, at + 2),
-            _ => at += 1,
-        }
-    }
-    text.len()
-}
-
-/// Bytes of identifiers; every byte of a multi-byte character counts as one.
-const fn is_word(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || byte == b'_' || byte >= 0x80
 }

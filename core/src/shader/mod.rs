@@ -4,7 +4,9 @@
 //! bindings and accessors, parses the whole with naga, holds the snippet to its contract, validates, and maps
 //! every error back to the author's own file and line.
 
+mod accessors;
 mod deferred;
+mod frame_pass;
 mod generate;
 mod lint;
 mod origin;
@@ -12,8 +14,10 @@ mod request;
 #[cfg(test)]
 mod tests;
 mod text;
+mod tokens;
 
-pub use deferred::{generate_decode, voxels_per_invocation};
+pub use deferred::{DeferredError, DeferredShaders, generate_decode, voxels_per_invocation};
+pub use frame_pass::{PassShader, generate_passes};
 pub use generate::generate;
 pub use origin::{Origin, Segment, ShaderError};
 pub use request::{

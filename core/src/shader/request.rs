@@ -41,6 +41,13 @@ pub enum Source<'a> {
         /// Resolution and stages to decode.
         level: Level,
     },
+    /// Rebuilt before by a codec's own passes, in a scratch buffer of theirs.
+    Frame {
+        /// Index of the buffer among the scratch buffers.
+        buffer: usize,
+        /// Its words.
+        words: u64,
+    },
     /// Decoded before, into a 3-D texture.
     Texture {
         /// Texel format, scale and offset.
@@ -101,6 +108,10 @@ pub enum BindingKind {
     Clip,
     /// Uniform `lighting`: the struct `Lighting` of lit samples.
     Lighting,
+    /// Uniform `colour`: the struct `Colour` of colour volumes.
+    Colour,
+    /// Read-only storage `opacity_table: array<f32>`.
+    OpacityTable,
     /// Uniform `slabs`: the struct `Slabs` of a stack of slices.
     Slabs,
     /// Read-only storage `macrocells: array<u32>`.
@@ -124,6 +135,17 @@ pub enum BindingKind {
         /// Words of this part.
         words: u64,
     },
+    /// Storage: words `first..first + words` of a scratch buffer of a codec's passes.
+    Scratch {
+        /// Index of the buffer among the scratch buffers.
+        buffer: usize,
+        /// First word of this part.
+        first: u64,
+        /// Words of this part.
+        words: u64,
+        /// Whether it is bound to be written.
+        written: bool,
+    },
     /// 3-D texture of the decoded volume, one or (RGB) four channels.
     VolumeTexture {
         /// Whether it is bound as filterable.
@@ -137,7 +159,7 @@ impl BindingKind {
     /// Whether it is a uniform.
     #[must_use]
     pub const fn is_uniform(&self) -> bool {
-        matches!(self, Self::View | Self::Clip | Self::Lighting | Self::Slabs | Self::Slab)
+        matches!(self, Self::View | Self::Clip | Self::Lighting | Self::Colour | Self::Slabs | Self::Slab)
     }
 }
 

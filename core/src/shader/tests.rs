@@ -43,7 +43,7 @@ fn inline(
     })
 }
 
-const RAYCAST: [Template; 8] = [
+const RAYCAST: [Template; 9] = [
     shaders::RAYCASTING,
     shaders::VIEW,
     shaders::CAMERA_PERSPECTIVE,
@@ -51,6 +51,7 @@ const RAYCAST: [Template; 8] = [
     shaders::OPTICS_UNLIT,
     shaders::EVERY_SAMPLE,
     shaders::CLASSIFY_SCALAR,
+    shaders::TRANSFER,
     shaders::OPACITY,
 ];
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use cvr_shaders::Template;
 
-use super::{Binding, BindingKind, BindingLimits, Origin, ResourceSize, Segment, ShaderError};
+use super::{Binding, BindingKind, Origin, Segment, ShaderError};
 use crate::codec::{Constant, ConstantValue, DecodedForm};
 use crate::volume::{FrameIndex, Level, VolumeLayout};
 
@@ -111,13 +111,18 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
             BindingKind::Clip => "var<uniform> clip: Clip;",
             BindingKind::Lighting => "var<uniform> lighting: Lighting;",
             BindingKind::Slabs => "var<uniform> slabs: Slabs;",
+            BindingKind::Colour => "var<uniform> colour: Colour;",
+            BindingKind::OpacityTable => "var<storage, read> opacity_table: array<f32>;",
             BindingKind::Macrocells => "var<storage, read> macrocells: array<u32>;",
             BindingKind::TransferTable => "var<storage, read> transfer_table: array<vec4<f32>>;",
             BindingKind::Image => "var<storage, read_write> image: array<vec4<f32>>;",
             BindingKind::Dump => "var<storage, read_write> dump_values: array<f32>;",
             BindingKind::Slab => "var<uniform> slab: Slab;",
             BindingKind::Texels(_) => "var<storage, read_write> texels: array<u32>;",
-            BindingKind::Words { .. } | BindingKind::VolumeTexture { .. } | BindingKind::VolumeSampler => {
+            BindingKind::Words { .. }
+            | BindingKind::Scratch { .. }
+            | BindingKind::VolumeTexture { .. }
+            | BindingKind::VolumeSampler => {
                 continue;
             }
         };
@@ -137,61 +142,6 @@ pub fn texture_bindings(hardware: bool) -> (String, Vec<Binding>) {
         bindings.push(Binding { group: 1, binding: 1, kind: BindingKind::VolumeSampler });
     }
     (text, bindings)
-}
-
-/// Bindings of a codec's buffers, in group 1, and the accessors through which its snippet reads them. A buffer
-/// larger than one binding is cut into parts, which the accessor hides.
-pub fn resource_accessors(
-    codec: &str,
-    resources: &[ResourceSize],
-    limits: BindingLimits,
-    storage_used: u32,
-) -> Result<(String, Vec<Binding>), ShaderError> {
-    let mut text = String::new();
-    let mut bindings = Vec::new();
-    for (resource, ResourceSize { name, words }) in resources.iter().enumerate() {
-        if *words > 1 << 32 {
-            return Err(ShaderError(format!(
-                "buffer `{name}` of codec `{codec}` has {words} words; a shader's index reaches {}",
-                1_u64 << 32
-            )));
-        }
-        let mut parts = Vec::new();
-        let mut first = 0;
-        while first < *words || parts.is_empty() {
-            let count = (words - first).min(limits.storage_words);
-            parts.push(first);
-            let binding = bindings.len() as u32;
-            let part = parts.len() - 1;
-            let _ = writeln!(
-                text,
-                "@group(1) @binding({binding}) var<storage, read> {codec}_{name}_part{part}: array<u32>;"
-            );
-            let kind = BindingKind::Words { resource, first, words: count };
-            bindings.push(Binding { group: 1, binding, kind });
-            first += count;
-        }
-        let _ = writeln!(text, "fn {codec}_{name}(i: u32) -> u32 {{");
-        for (part, first) in parts.iter().enumerate() {
-            let offset = if *first == 0 { String::new() } else { format!(" - {first}u") };
-            let fetch = format!("return {codec}_{name}_part{part}[i{offset}];");
-            match parts.get(part + 1) {
-                Some(end) => _ = writeln!(text, "    if i < {end}u {{\n        {fetch}\n    }}"),
-                None => _ = writeln!(text, "    {fetch}"),
-            }
-        }
-        text.push_str("}\n");
-    }
-    let used = storage_used + bindings.len() as u32;
-    if used > limits.storage_buffers {
-        return Err(ShaderError(format!(
-            "codec `{codec}` needs {used} storage buffers with the renderer's own, in parts of {} MiB; the device \
-             binds {}",
-            (limits.storage_words * 4) >> 20,
-            limits.storage_buffers
-        )));
-    }
-    Ok((text, bindings))
 }
 
 /// `voxel_fetch` and `voxel_cell` over a codec's snippet, each where something calls it.

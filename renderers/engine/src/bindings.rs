@@ -19,11 +19,14 @@ pub(crate) struct Supplies<'a> {
     pub(crate) output: Option<&'a wgpu::Buffer>,
     /// The codec's buffers.
     pub(crate) buffers: &'a [Resource<'a>],
+    /// Scratch buffers of the codec's passes.
+    pub(crate) scratch: Option<&'a Parts>,
     /// The decoded volume.
     pub(crate) texture: Option<&'a VolumeTexture>,
 }
 
-/// Parts of the codec's buffers that lie on the device: `(resource, first word)` → buffer. Passes share them.
+/// Parts of the codec's buffers, or of its scratch buffers, on the device: `(buffer, first word)` → part. Passes share
+/// them.
 pub(crate) type Parts = BTreeMap<(usize, u64), wgpu::Buffer>;
 
 /// A compiled shader, and everything that it lists bound.
@@ -170,6 +173,8 @@ fn resident(
         | BindingKind::Clip
         | BindingKind::Lighting
         | BindingKind::Slabs
+        | BindingKind::Colour
+        | BindingKind::OpacityTable
         | BindingKind::TransferTable
         | BindingKind::Macrocells => {
             let input = supplies.inputs.iter().find(|input| input.kind == binding.kind);
@@ -198,6 +203,10 @@ fn resident(
             parts.insert((*resource, *first), buffer.clone());
             Resident::Buffer(buffer)
         }
+        BindingKind::Scratch { buffer, first, .. } => {
+            let part = supplies.scratch.and_then(|parts| parts.get(&(*buffer, *first)));
+            Resident::Buffer(part.ok_or_else(|| missing("a scratch buffer"))?.clone())
+        }
         BindingKind::VolumeTexture { .. } => {
             Resident::Texture(supplies.texture.ok_or_else(|| missing("a texture"))?.view().clone())
         }
@@ -225,13 +234,9 @@ fn part_of(all: &[u32], first: u64, words: u64) -> Option<&[u32]> {
 fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let ty = match binding.kind {
-        BindingKind::View
-        | BindingKind::Clip
-        | BindingKind::Lighting
-        | BindingKind::Slabs
-        | BindingKind::Slab => buffer(wgpu::BufferBindingType::Uniform),
-        BindingKind::TransferTable | BindingKind::Macrocells | BindingKind::Words { .. } => {
-            buffer(wgpu::BufferBindingType::Storage { read_only: true })
+        ref kind if kind.is_uniform() => buffer(wgpu::BufferBindingType::Uniform),
+        BindingKind::Scratch { written, .. } => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: !written })
         }
         BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
             buffer(wgpu::BufferBindingType::Storage { read_only: false })
@@ -242,6 +247,7 @@ fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::Bind
             multisampled: false,
         },
         BindingKind::VolumeSampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        _ => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
     };
     wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }
 }

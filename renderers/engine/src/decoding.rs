@@ -1,30 +1,33 @@
 //! The site *deferred*: the device decodes a whole frame, once, into a texture.
 
 use cvr_core::codec::{Decoder, TexelFormat};
-use cvr_core::shader::{generate_decode, voxels_per_invocation};
+use cvr_core::shader::{DeferredShaders, voxels_per_invocation};
 use cvr_core::volume::{FrameIndex, Level};
 
 use crate::bindings::{Bound, Parts, Supplies};
+use crate::frame_passes::{BoundPasses, scratch_buffers};
 use crate::slabs::{Slab, Slabs};
 use crate::timestamps::{FrameTimestamps, timed};
 use crate::timing::FrameTime;
 use crate::upload::SLAB_BYTES;
-use crate::{Device, DrawSource, EngineError, TextureChoice, VolumeTexture};
+use crate::{Device, EngineError, TextureChoice, VolumeTexture};
 
 /// Invocations of one workgroup of the template, along x.
 const WORKGROUP: u32 = 64;
 /// Bytes of the uniform `slab`.
 const UNIFORM_BYTES: u64 = 32;
 
-/// A frame and the pass that decodes it into a texture, any number of times.
+/// A frame and what decodes it into a texture, any number of times.
 ///
-/// The pass runs the codec's own snippet, the one that the site *inline* runs at every fetch, and writes texels into a
-/// buffer that is copied into the texture, slab by slab, so that the buffer stays small and within what a binding
-/// holds. It lives as long as this does.
+/// The codec's own passes come first, if it brings any: they leave the frame in a scratch buffer. Then comes a pass that
+/// reads it there, or else runs the codec's snippet, the one that the site *inline* runs at every fetch. It writes
+/// texels into a buffer that is copied into the texture, slab by slab, so that the buffer stays small and within what a
+/// binding holds. This buffer and the scratch buffers live as long as this does.
 #[derive(Debug)]
 pub struct FrameDecoder {
     device: Device,
     texture: VolumeTexture,
+    passes: BoundPasses,
     bound: Bound,
     uniform: wgpu::Buffer,
     texels: wgpu::Buffer,
@@ -34,7 +37,7 @@ pub struct FrameDecoder {
 }
 
 impl FrameDecoder {
-    /// Generates and compiles the pass, uploads what it reads, and makes the texture, which is empty until
+    /// Generates and compiles the passes, uploads what they read, and makes the texture, which is empty until
     /// [`FrameDecoder::decode`]. Form and fallbacks of the texture are those of the site *host*.
     ///
     /// # Errors
@@ -46,37 +49,41 @@ impl FrameDecoder {
         frame: FrameIndex,
         level: Level,
     ) -> Result<Self, EngineError> {
-        let source = DrawSource::Inline { codec, decoder, frame, level };
-        let voxels = source.voxels()?;
-        let choice = device.capabilities().texture(decoder.decoded_form(), voxels.layout.extent)?;
+        let layout = decoder.layout();
+        let choice = device.capabilities().texture(decoder.decoded_form(), layout.extent)?;
         let limits = device.binding_limits();
-        let shader = generate_decode(&voxels.source, voxels.layout, choice.form.format, limits)?;
-        let texture = VolumeTexture::empty(device, voxels.layout, choice)?;
+        let format = choice.form.format;
+        let shaders = DeferredShaders::generate(codec, decoder, (frame, level), format, limits)?;
+        let texture = VolumeTexture::empty(device, layout, choice)?;
         let most_bytes = (limits.storage_words * 4).min(SLAB_BYTES as u64);
-        let slabs = Slabs::new(voxels.layout.extent, texture.texel_bytes(), most_bytes)?;
+        let slabs = Slabs::new(layout.extent, texture.texel_bytes(), most_bytes)?;
         let (uniform, texels) = device.guarded("preparing to decode a frame", || {
             let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
             let uniform = device.empty_buffer("slab", usage, UNIFORM_BYTES)?;
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
             Ok((uniform, device.empty_buffer("texels", usage, slabs.most_bytes())?))
         })?;
+        let scratch = scratch_buffers(device, &shaders)?;
         let supplies = Supplies {
             slab: Some(&uniform),
             output: Some(&texels),
-            buffers: &voxels.buffers,
+            buffers: &shaders.resources,
+            scratch: Some(&scratch),
             ..Supplies::default()
         };
         let mut parts = Parts::new();
-        let bound = Bound::new(device, &shader, &supplies, &mut parts)?;
+        let passes = BoundPasses::new(device, &shaders.passes, &supplies, &mut parts)?;
+        let bound = Bound::new(device, &shaders.pack, &supplies, &mut parts)?;
         Ok(Self {
             device: device.clone(),
             texture: texture.keeping(parts.into_values().collect()),
+            passes,
             bound,
             uniform,
             texels,
             slabs,
             timestamps: device.guarded("preparing timestamps", || FrameTimestamps::new(device))?,
-            wgsl: shader.wgsl,
+            wgsl: shaders.texts().collect::<Vec<_>>().join("\n// ---- next pass ----\n"),
         })
     }
 
@@ -85,19 +92,27 @@ impl FrameDecoder {
     /// # Errors
     /// What the driver refuses; a lost device.
     pub fn decode(&self) -> Result<FrameTime, EngineError> {
-        // One pass per slab, and an empty one that marks the end of the last copy.
-        let passes = self.slabs.iter().count() + 1;
+        // The codec's own, one per slab, and an empty one that marks the end of the last copy.
+        let own = self.passes.len();
+        let passes = own + self.slabs.iter().count() + 1;
         let timestamps = self.timestamps.as_ref();
         let begin = |encoder: &mut wgpu::CommandEncoder, pass| {
             let timestamp_writes = timestamps.and_then(|t| t.writes(pass, passes));
             let descriptor = wgpu::ComputePassDescriptor { label: Some("decode"), timestamp_writes };
             encoder.begin_compute_pass(&descriptor).forget_lifetime()
         };
+        let encoder =
+            || self.device.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         timed(&self.device, "decoding a frame", timestamps, || {
-            for (pass, slab) in self.slabs.iter().enumerate() {
+            // Each is submitted by itself: no driver's watchdog adds up what one of them takes.
+            for pass in 0..own {
+                let mut encoder = encoder();
+                self.passes.dispatch(pass, &mut begin(&mut encoder, pass));
+                self.device.queue().submit([encoder.finish()]);
+            }
+            for (pass, slab) in (own..).zip(self.slabs.iter()) {
                 self.device.queue().write_buffer(&self.uniform, 0, &self.uniform_of(slab));
-                let mut encoder =
-                    self.device.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                let mut encoder = encoder();
                 self.bound.dispatch(&mut begin(&mut encoder, pass), self.workgroups(slab));
                 let source = wgpu::TexelCopyBufferInfo {
                     buffer: &self.texels,
@@ -121,7 +136,20 @@ impl FrameDecoder {
         &self.texture
     }
 
-    /// The generated pass.
+    /// Bytes of the scratch buffers, which are freed with this.
+    #[must_use]
+    pub fn scratch_bytes(&self) -> u64 {
+        self.passes.scratch_bytes()
+    }
+
+    /// Bytes on the device while it decodes: what stays resident with the texture
+    /// ([`VolumeTexture::resident_bytes`]), the scratch buffers, and the buffer through which texels go into the texture.
+    #[must_use]
+    pub fn peak_bytes(&self) -> u64 {
+        self.texture.resident_bytes() + self.scratch_bytes() + self.texels.size() + UNIFORM_BYTES
+    }
+
+    /// The generated passes, in their order.
     #[must_use]
     pub fn wgsl(&self) -> &str {
         &self.wgsl

@@ -77,7 +77,7 @@ impl Drawing {
             };
             passes.push(match (pass, &canvas) {
                 (Pass::Compute(pass), Canvas::Buffer(image)) => {
-                    check_workgroups(device, pass.workgroups)?;
+                    check_workgroups(device, "a pass", pass.workgroups)?;
                     supplies.output = Some(image);
                     let bound = Bound::new(device, &shader, &supplies, &mut parts)?;
                     Runnable::Compute(bound, pass.workgroups)
@@ -208,11 +208,11 @@ fn canvas_of(device: &Device, plan: &Plan) -> Result<Canvas, EngineError> {
     }
 }
 
-fn check_workgroups(device: &Device, workgroups: [u32; 3]) -> Result<(), EngineError> {
+pub(crate) fn check_workgroups(device: &Device, what: &str, workgroups: [u32; 3]) -> Result<(), EngineError> {
     let most = workgroups.into_iter().max().unwrap_or(0);
     let limit = device.capabilities().workgroups_per_axis;
     if most > limit {
-        let (what, requested, limit) = ("a pass".to_owned(), u64::from(most), u64::from(limit));
+        let (what, requested, limit) = (what.to_owned(), u64::from(most), u64::from(limit));
         return Err(EngineError::TooLarge { what, requested, limit, unit: "workgroups along one axis" });
     }
     Ok(())

@@ -6,7 +6,7 @@ use cvr_core::shader::{BindingKind, GeneratedShader, Request, generate};
 use cvr_core::volume::{Extent, FrameIndex, Level};
 
 use crate::bindings::{Bound, Parts, Supplies};
-use crate::{Device, DrawSource, EngineError};
+use crate::{Device, DrawSource, EngineError, VolumeTexture};
 
 /// Invocations of one workgroup of a dump template, along x.
 const WORKGROUP: u64 = 64;
@@ -22,6 +22,11 @@ impl VoxelDump for Device {
         let source = DrawSource::Inline { codec, decoder, frame, level: Level::FULL };
         let template = if use_cell { cvr_shaders::DUMP_CELL } else { cvr_shaders::DUMP };
         self.dump_source(&source, template).map_err(|e| e.to_string())
+    }
+
+    fn dump_frame(&self, codec: &str, decoder: &dyn Decoder, frame: FrameIndex) -> Result<Vec<f32>, String> {
+        let decoded = VolumeTexture::decode(self, codec, decoder, frame, Level::FULL);
+        decoded.and_then(|(texture, _)| texture.read(self)).map_err(|e| e.to_string())
     }
 }
 

@@ -1,7 +1,7 @@
 //! What can go wrong between a plan and its picture.
 
 use cvr_core::codec::DecodeError;
-use cvr_core::shader::ShaderError;
+use cvr_core::shader::{DeferredError, ShaderError};
 
 /// Why a device cannot be opened, or a drawing cannot be made or run.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +44,16 @@ pub enum EngineError {
     /// What was asked for makes no sense on this device or with this decoder.
     #[error("{0}")]
     Unsupported(String),
+}
+
+impl From<DeferredError> for EngineError {
+    fn from(error: DeferredError) -> Self {
+        match error {
+            DeferredError::NoShader(_) => Self::Unsupported(error.to_string()),
+            DeferredError::Decode(error) => error.into(),
+            DeferredError::Shader(error) => error.into(),
+        }
+    }
 }
 
 fn asked_for(wanted: Option<&str>) -> String {

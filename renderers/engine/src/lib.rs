@@ -12,6 +12,7 @@ mod device;
 mod drawing;
 mod dump;
 mod error;
+mod frame_passes;
 mod guard;
 mod raster;
 mod readback;

@@ -5,7 +5,7 @@ use cvr_core::render::{Image, RenderError, View, Voxels};
 
 /// Draws every pixel.
 pub fn draw(view: &View, voxels: &dyn Voxels, image: &mut Image) -> Result<(), RenderError> {
-    let mirror = Mirror::new(view, voxels)?;
+    let mirror = Mirror::new(view, voxels);
     mirror.draw(image, |pixel| cast_ray(&mirror, mirror.pixel_ray(pixel)))
 }
 

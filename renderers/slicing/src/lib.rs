@@ -64,7 +64,10 @@ pub enum OpacityCorrection {
     /// 1 − (1 − α)^d.
     #[default]
     Exact,
-    /// Interpolated between the opacities of one and of two slice distances, as in the paper.
+    /// Interpolated between the opacities of one and of two slice distances, as in the paper, which tabulates the
+    /// weight of least relative error. Its printed equation 2 holds of transparencies, its text of opacities, and the
+    /// two give different weights; this is the text's, which is within 3 % of the exact opacity where the other is off
+    /// by 9 %.
     Lerp,
 }
 

@@ -13,7 +13,7 @@ pub fn draw(
     voxels: &dyn Voxels,
     image: &mut Image,
 ) -> Result<(), RenderError> {
-    let mirror = Mirror::new(view, voxels)?;
+    let mirror = Mirror::new(view, voxels);
     let slabs = Slabs::new(slicing.geometry, view, voxels.layout(), mirror.rays())?;
     mirror.draw(image, |pixel| {
         let ray = mirror.pixel_ray(pixel);
@@ -66,13 +66,12 @@ pub fn slice_opacity(correction: OpacityCorrection, alpha: f32, piece: f32, thic
         OpacityCorrection::Exact => opacity_over(alpha, piece),
         OpacityCorrection::Lerp => {
             let opacity = opacity_over(alpha, thickness);
-            let d = piece / thickness;
-            if d <= 1.0 {
-                return opacity * d;
+            let beyond = piece / thickness - 1.0;
+            if beyond <= 0.0 {
+                return opacity * (beyond + 1.0);
             }
-            let transparency = 1.0 - opacity;
-            let t = 1.5 - 3.0 / (d * (d + 1.0));
-            1.0 - (transparency + (transparency * transparency - transparency) * t).max(0.0)
+            let t = beyond * (1.0 + (1.0 - beyond) * (0.18365 - 0.0385 * beyond));
+            (opacity + (opacity - opacity * opacity) * t).min(1.0)
         }
     }
 }

@@ -101,33 +101,71 @@ fn a_snippet_with_a_foreign_name_is_found() {
 }
 
 #[test]
+fn a_pass_that_breaks_its_contract_is_found() {
+    finds(Flaw::BadPass, Property::Module);
+}
+
+#[test]
+fn passes_that_info_does_not_list_are_found() {
+    finds(Flaw::UnlistedPasses, Property::Module);
+}
+
+#[test]
+fn passes_of_a_frame_that_does_not_exist_are_found() {
+    finds(Flaw::UncheckedPasses, Property::Keys);
+}
+
+#[test]
+fn a_promised_site_without_any_shader_is_found() {
+    let report = run(&Probe::new(Flaw::NothingDeferred), Some(&Dump::default()));
+    assert!(report.fails(Property::Parity));
+    assert!(report.failures.iter().all(|f| f.property == Property::Parity));
+}
+
+#[test]
 fn settings_that_do_not_exist_are_a_failure() {
     let settings: Settings = [("nonsense".to_owned(), SettingValue::Integer(1))].into_iter().collect();
     assert!(run_with(&Probe::new(Flaw::None), &[settings], None).fails(Property::Encode));
 }
 
-/// A "device" that decodes on the CPU, and may err by one bit in the last voxel.
+/// A "device" that decodes on the CPU, and may err by one bit in the last voxel: of a snippet, or of passes.
+#[derive(Default)]
 struct Dump {
-    flips: bool,
+    flips_snippet: bool,
+    flips_passes: bool,
 }
 
-impl VoxelDump for Dump {
-    fn dump(&self, _: &str, decoder: &dyn Decoder, frame: FrameIndex, _: bool) -> Result<Vec<f32>, String> {
+impl Dump {
+    fn values(decoder: &dyn Decoder, frame: FrameIndex, flips: bool) -> Result<Vec<f32>, String> {
         let mut values = Decoded::all(decoder)?.values(frame).to_vec();
-        if let Some(last) = values.last_mut().filter(|_| self.flips) {
+        if let Some(last) = values.last_mut().filter(|_| flips) {
             *last = f32::from_bits(last.to_bits() ^ 1);
         }
         Ok(values)
     }
 }
 
+impl VoxelDump for Dump {
+    fn dump(&self, _: &str, decoder: &dyn Decoder, frame: FrameIndex, _: bool) -> Result<Vec<f32>, String> {
+        Self::values(decoder, frame, self.flips_snippet)
+    }
+
+    fn dump_frame(&self, _: &str, decoder: &dyn Decoder, frame: FrameIndex) -> Result<Vec<f32>, String> {
+        Self::values(decoder, frame, self.flips_passes)
+    }
+}
+
 #[test]
 fn a_faithful_device_passes_and_one_flipped_bit_is_found() {
     let codec = Probe::new(Flaw::None);
-    run(&codec, Some(&Dump { flips: false })).assert_ok();
-    let report = run(&codec, Some(&Dump { flips: true }));
-    assert!(report.fails(Property::Parity));
-    assert!(report.failures.iter().all(|f| f.property == Property::Parity));
+    run(&codec, Some(&Dump::default())).assert_ok();
+    for (flips_snippet, path) in [(true, "fetch"), (false, "passes")] {
+        let report = run(&codec, Some(&Dump { flips_snippet, flips_passes: !flips_snippet }));
+        assert!(report.fails(Property::Parity));
+        let told =
+            |f: &crate::conformance::Failure| f.property == Property::Parity && f.message.contains(path);
+        assert!(report.failures.iter().all(told), "{path}");
+    }
 }
 
 #[test]

@@ -29,6 +29,10 @@ pub enum Flaw {
     UncheckedVersion,
     BadSnippet,
     ForeignName,
+    BadPass,
+    UncheckedPasses,
+    UnlistedPasses,
+    NothingDeferred,
 }
 
 #[derive(Debug)]
@@ -44,7 +48,11 @@ impl Probe {
             id: "probe",
             summary: "single-precision samples",
             stream_version: 1,
-            sites: &[Site::Inline, Site::Host],
+            sites: match flaw {
+                Flaw::NothingDeferred => &[Site::Deferred, Site::Host],
+                Flaw::UnlistedPasses => &[Site::Host],
+                _ => &[Site::Inline, Site::Host],
+            },
             fetch_cell: false,
             paper: None,
             settings: &[Setting {
@@ -187,7 +195,12 @@ impl Decoder for ProbeDecoder {
     }
 
     fn shader(&self) -> Option<&dyn ShaderDecode> {
-        Some(self)
+        let lacks = matches!(self.flaw, Flaw::NothingDeferred | Flaw::UnlistedPasses);
+        (!lacks).then_some(self as &dyn ShaderDecode)
+    }
+
+    fn frame_decode(&self) -> Option<&dyn FrameDecode> {
+        (self.flaw != Flaw::NothingDeferred).then_some(self as &dyn FrameDecode)
     }
 }
 
@@ -231,5 +244,45 @@ impl ShaderDecode for ProbeDecoder {
         }
         let words = Cow::Borrowed(&self.samples.words()[frame.0 as usize * n..][..n]);
         Ok(vec![Resource { name: "samples", words }])
+    }
+}
+
+const PASS: &str = "
+@compute @workgroup_size(64)
+fn probe_copy(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < probe_count {
+        probe_set_out(id.x, bitcast<u32>(bitcast<f32>(probe_samples(id.x)) * probe_sign));
+    }
+}";
+
+impl FrameDecode for ProbeDecoder {
+    fn passes(&self, frame: FrameIndex, level: Level) -> Result<FramePasses<'_>, DecodeError> {
+        let key = BrickKey { frame, level, region: Region::whole(self.layout.extent) };
+        let frame = match check_key(&self.layout, key) {
+            Err(_) if self.flaw == Flaw::UncheckedPasses => FrameIndex::FIRST,
+            checked => checked.map(|()| frame)?,
+        };
+        let words = self.layout.samples_per_frame();
+        let constants = vec![
+            Constant { name: "count", value: ConstantValue::U32(words as u32) },
+            Constant { name: "sign", value: ConstantValue::F32(self.sign) },
+        ];
+        let source = if self.flaw == Flaw::BadPass { "fn probe_copy() {}" } else { PASS };
+        let pass = FramePass {
+            module: WgslModule { file: "probe_copy.wgsl", source, constants },
+            entry: "copy",
+            workgroups: [words.div_ceil(64) as u32, 1, 1],
+            scratch: vec![ScratchUse { name: "out", buffer: "values" }],
+        };
+        Ok(FramePasses {
+            resources: self.resources(frame)?,
+            scratch: vec![Scratch { name: "values", words }],
+            passes: vec![pass],
+            result: "values",
+        })
+    }
+
+    fn agreement(&self) -> Agreement {
+        Agreement::Exact
     }
 }

@@ -11,9 +11,8 @@ use rayon::prelude::*;
 
 pub use rays::{Crossing, Ray};
 
-use super::modules::scalar_only;
-use super::uniforms::LightingUniform;
-use super::{Image, RayFrame, RenderError, View, Voxels};
+use super::uniforms::{ColourUniform, LightingUniform};
+use super::{ColourOpacity, Image, RayFrame, RenderError, View, Voxels};
 
 /// A view of a volume, as its shader would see it.
 pub struct Mirror<'a> {
@@ -22,6 +21,8 @@ pub struct Mirror<'a> {
     rays: RayFrame,
     bounds: [Vec3; 2],
     lighting: Option<LightingUniform>,
+    /// Of a colour volume.
+    colour: Option<ColourUniform>,
 }
 
 impl std::fmt::Debug for Mirror<'_> {
@@ -32,14 +33,13 @@ impl std::fmt::Debug for Mirror<'_> {
 
 impl<'a> Mirror<'a> {
     /// Prepares what is the same for all pixels.
-    ///
-    /// # Errors
-    /// When no module classifies such a volume.
-    pub fn new(view: &'a View, voxels: &'a dyn Voxels) -> Result<Self, RenderError> {
-        scalar_only(voxels.layout())?;
-        let rays = view.camera.rays(voxels.layout(), view.size);
+    #[must_use]
+    pub fn new(view: &'a View, voxels: &'a dyn Voxels) -> Self {
+        let layout = voxels.layout();
+        let rays = view.camera.rays(layout, view.size);
         let lighting = view.shading.as_ref().map(|shading| LightingUniform::new(view, shading, &rays));
-        Ok(Self { view, voxels, rays, bounds: view.bounds(voxels.layout().extent), lighting })
+        let colour = (layout.channels != 1).then(|| ColourUniform::new(view, layout.sample));
+        Self { view, voxels, rays, bounds: view.bounds(layout.extent), lighting, colour }
     }
 
     /// The view.
@@ -81,7 +81,7 @@ impl<'a> Mirror<'a> {
     /// # Errors
     /// When a voxel cannot be read.
     pub fn optical(&self, x: Vec3, direction: Vec3) -> Result<[f32; 4], RenderError> {
-        let colour = self.view.transfer_function.classify(self.volume_sample(x)?);
+        let colour = self.classify(x)?;
         match &self.lighting {
             Some(lighting) if colour[3] > 0.0 => {
                 let [r, g, b, a] = colour;
@@ -91,6 +91,28 @@ impl<'a> Mirror<'a> {
                 Ok([lit.x, lit.y, lit.z, a])
             }
             _ => Ok(colour),
+        }
+    }
+
+    /// `classify(volume_sample(x))` of the shaders.
+    fn classify(&self, x: Vec3) -> Result<[f32; 4], RenderError> {
+        let Some(colour) = &self.colour else {
+            return Ok(self.view.transfer_function.classify(self.scalar_sample(x)?));
+        };
+        let voxel = self.colour_sample(x)?;
+        let light = colour.light(voxel);
+        if let ColourOpacity::Table(table) = &self.view.colour_opacity {
+            return Ok([light.x, light.y, light.z, table.opacity(light)]);
+        }
+        let [r, g, b, a] = self.view.transfer_function.classify(colour.weights.dot(voxel));
+        Ok([r * light.x, g * light.y, b * light.z, a])
+    }
+
+    /// `height(volume_sample(x))` of the shaders.
+    fn height(&self, x: Vec3) -> Result<f32, RenderError> {
+        match &self.colour {
+            None => self.scalar_sample(x),
+            Some(colour) => Ok(colour.weights.dot(self.colour_sample(x)?)),
         }
     }
 }

@@ -7,11 +7,11 @@ use crate::render::RenderError;
 use crate::render::uniforms::LightingUniform;
 
 impl Mirror<'_> {
-    /// Change of the value per voxel length along x, y, z of the world, by central differences one voxel apart.
+    /// Change of the height (the value, or what of a colour decides) per voxel length along x, y, z of the world, by central differences one voxel apart.
     pub(super) fn gradient(&self, x: Vec3) -> Result<Vec3, RenderError> {
         let mut difference = Vec3::ZERO;
         for (axis, unit) in Vec3::AXES.into_iter().enumerate() {
-            difference[axis] = self.volume_sample(x + unit)? - self.volume_sample(x - unit)?;
+            difference[axis] = self.height(x + unit)? - self.height(x - unit)?;
         }
         Ok(difference * 0.5 / self.rays.voxel_size)
     }
