@@ -104,7 +104,7 @@ fn colours_agree_with_the_mirror_whatever_decides_their_opacity() {
                     let name = format!("{id} {sample} {site} {:?}", view.colour_opacity.weights());
                     match rule.check(&expected, &picture) {
                         Ok(found) if found.visible_pixels < 100 => {
-                            breaches.push(format!("{name}: hardly visible"))
+                            breaches.push(format!("{name}: hardly visible"));
                         }
                         Ok(_) => {}
                         Err(e) => breaches.push(format!("{name}, lit {}: {e}", view.shading.is_some())),
