@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    check_config, codecs, convert, decode, devices, encode, info, merge, render, run, shader,
+    check_config, codecs, convert, decode, devices, encode, info, merge, presets, render, renderers, run,
+    shader,
 };
 use crate::exit::{BAD_INPUT, BadInput};
 
@@ -24,9 +25,9 @@ Examples:
   cvr run configs/compare.toml --resume                 go on where a run was stopped
   cvr merge half1 half2 --out both                      join what two shards have measured
   cvr encode head.nrrd head.cvr --codec s3dc --set block=8
-  cvr render head.cvr head.png --azimuth 45
   cvr info 'viscous/step*.raw' --dims 64x64x64 --dtype f32
   cvr convert head.nii.gz head.nrrd
+  cvr render head.cvr head.png --azimuth 45 --transfer-function tissue --shading
   cvr codecs                                            what there is to choose from
 
 Exit codes: 0 all went well; 1 some cells failed (the report is written); 2 bad input; 130 stopped by Ctrl-C (the
@@ -52,6 +53,10 @@ enum Command {
     Info(info::Args),
     /// List codecs and their settings.
     Codecs,
+    /// List renderers and their settings.
+    Renderers,
+    /// List named transfer functions.
+    Presets,
     /// List graphics adapters; fails where there is none.
     Devices,
     /// Print the WGSL that is generated for a codec, with the origin of every part.
@@ -71,6 +76,8 @@ pub fn main() -> ExitCode {
         Command::Convert(args) => convert::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Codecs => codecs::run(),
+        Command::Renderers => Ok(renderers::run()),
+        Command::Presets => Ok(presets::run()),
         Command::Devices => devices::run(),
         Command::Shader(args) => shader::run(&args),
     };

@@ -18,6 +18,7 @@ mod host {
     mod real_volumes;
     mod records;
     mod resume;
+    mod scene_combinations;
     mod shader_text;
     mod shards;
     mod spacing;

@@ -1,7 +1,9 @@
 // The colour that a surface across `gradient` shows, of a sample of colour `rgb`; both sides of it are lit. The normal
 // fades where there is next to no gradient, whose direction would be noise.
 fn blinn_phong(rgb: vec3<f32>, gradient: vec3<f32>, towards_viewer: vec3<f32>) -> vec3<f32> {
-    let normal = gradient / sqrt(dot(gradient, gradient) + lighting.flat_gradient * lighting.flat_gradient);
+    // In units of a flat gradient: the squares of data values as they are could leave the range of numbers.
+    let steepness = gradient / lighting.flat_gradient;
+    let normal = steepness / sqrt(dot(steepness, steepness) + 1.0);
     let between = lighting.towards_light + towards_viewer;
     let half = between / max(length(between), 1e-6);
     let upright = abs(dot(normal, lighting.towards_light));

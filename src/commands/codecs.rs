@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use cvr_core::codec::Site;
+use cvr_core::codec::{Setting, Site};
 
 use crate::exit::BadInput;
 use crate::registry::codecs;
@@ -21,11 +21,16 @@ pub fn run() -> Result<ExitCode, BadInput> {
         let sites: Vec<&str> = info.offered().map(Site::name).collect();
         let cell = if info.fetch_cell { "; filter optimised-linear" } else { "" };
         say!("    sites: {}{cell}; stream version {}", sites.join(", "), info.stream_version);
-        for setting in info.settings {
-            say!("    {} = {}", setting.name, setting.default);
-            say!("        {} ({})", setting.doc, setting.kind.describe());
-        }
+        settings(info.settings);
         say!("");
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Lists settings with their defaults and ranges.
+pub(super) fn settings(schema: &[Setting]) {
+    for setting in schema {
+        say!("    {} = {}", setting.name, setting.default);
+        say!("        {} ({})", setting.doc, setting.kind.describe());
+    }
 }

@@ -8,7 +8,9 @@ pub mod devices;
 pub mod encode;
 pub mod info;
 pub mod merge;
+pub mod presets;
 pub mod render;
+pub mod renderers;
 pub mod run;
 pub mod shader;
 

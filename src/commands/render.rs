@@ -29,7 +29,7 @@ pub struct Args {
     /// Where voxels are decoded: inline, deferred or host.
     #[arg(long, default_value = "inline", value_parser = site)]
     site: Site,
-    /// The renderer.
+    /// The renderer, and settings of it that are not the default, as slicing,geometry=axis; see `cvr renderers`.
     #[arg(long, default_value = "raycasting")]
     renderer: String,
     /// What draws: auto, cpu, a part of an adapter's name, or #N of `cvr devices`.

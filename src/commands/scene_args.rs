@@ -2,7 +2,7 @@
 
 use clap::Args;
 use cvr_core::pipeline::{Scene, TransferDomain, parse_colour};
-use cvr_core::render::{Camera, ControlPoint, Filter, Projection};
+use cvr_core::render::{Camera, ClipBox, ControlPoint, Filter, Light, Preset, Projection, Shading};
 
 use crate::exit::BadInput;
 
@@ -27,20 +27,37 @@ pub struct SceneArgs {
     /// Parallel rays instead of perspective.
     #[arg(long)]
     orthographic: bool,
-    /// Control points VALUE:#rrggbbaa separated by commas; values are data units, or 0..1 of the volume's range
-    /// with --range.
-    #[arg(long, value_name = "POINTS")]
+    #[arg(long, value_name = "POINTS|PRESET", help = transfer_function_help())]
     transfer_function: Option<String>,
     /// Control values are fractions of the volume's range.
     #[arg(long)]
     range: bool,
-    /// Distance between samples in voxels.
+    /// Light surfaces (Blinn and Phong's model over the gradient of the values).
+    #[arg(long)]
+    shading: bool,
+    /// Where light comes from: camera (over the viewer's left shoulder), or X,Y,Z towards a light that stands still
+    /// over the volume's axes, as 1,-1,2; implies --shading.
+    #[arg(long, value_name = "camera|X,Y,Z", value_parser = light, allow_hyphen_values = true)]
+    light: Option<Shading>,
+    /// Draw only this box: lower and upper corner in shares of the extent from 0 to 1, as 0,0,0:1,1,0.5.
+    #[arg(long, value_name = "X,Y,Z:X,Y,Z", value_parser = clip_box, allow_hyphen_values = true)]
+    clip_box: Option<ClipBox>,
+    /// Colour behind the volume, as #203040.
+    #[arg(long, value_name = "#rrggbb", default_value = "#000000", value_parser = background)]
+    background: Background,
+    /// Distance between samples in voxels, 0.01 to 1000.
     #[arg(long, default_value_t = 0.5)]
     step_voxels: f32,
+    /// Opacity above 0 at which a ray ends; 1 = every ray runs to its end.
+    #[arg(long, default_value_t = 0.999)]
+    early_termination: f32,
     /// nearest, linear or optimised-linear.
     #[arg(long, default_value = "linear", value_parser = filter)]
     pub filter: Filter,
 }
+
+/// RGB, `0.0..=1.0`.
+type Background = [f32; 3];
 
 impl SceneArgs {
     /// The scene.
@@ -63,13 +80,10 @@ impl SceneArgs {
             projection,
             ..Camera::default()
         };
-        let (control_points, domain) = match &self.transfer_function {
-            Some(text) => {
-                let domain = if self.range { TransferDomain::Range } else { TransferDomain::Data };
-                (text.split(',').map(control_point).collect::<Result<_, _>>().map_err(BadInput)?, domain)
-            }
-            None => (grey_ramp(), TransferDomain::Range),
-        };
+        if !(self.early_termination > 0.0 && self.early_termination <= 1.0) {
+            return Err(BadInput("--early-termination is an opacity above 0 and at most 1".to_owned()));
+        }
+        let (control_points, domain) = self.transfer_function()?;
         Ok(Scene {
             name: "command line".to_owned(),
             volumes: None,
@@ -78,12 +92,52 @@ impl SceneArgs {
             control_points,
             domain,
             step_voxels: self.step_voxels,
-            early_termination: 0.999,
-            background: [0.0; 3],
-            shading: None,
-            clip: None,
+            early_termination: self.early_termination,
+            background: self.background,
+            shading: self.light.or_else(|| self.shading.then(Shading::default)),
+            clip: self.clip_box.filter(|clip| *clip != ClipBox::WHOLE),
         })
     }
+
+    /// Control points, and what their values mean.
+    fn transfer_function(&self) -> Result<(Vec<ControlPoint>, TransferDomain), BadInput> {
+        let Some(text) = &self.transfer_function else { return Ok((grey_ramp(), TransferDomain::Range)) };
+        if let Some(preset) = Preset::named(text) {
+            return Ok((preset.control_points(), TransferDomain::Range));
+        }
+        if !text.contains(':') {
+            let known = presets();
+            return Err(BadInput(format!(
+                "--transfer-function `{text}`: write control points VALUE:#rrggbbaa, or one of {known}"
+            )));
+        }
+        let points: Vec<_> =
+            text.split(',').map(control_point).collect::<Result<_, _>>().map_err(BadInput)?;
+        if !self.range {
+            return Ok((points, TransferDomain::Data));
+        }
+        match points.iter().find(|point| !(0.0..=1.0).contains(&point.value)) {
+            Some(point) => {
+                let value = point.value;
+                Err(BadInput(format!("control point at {value}: with --range, values lie from 0 to 1")))
+            }
+            None => Ok((points, TransferDomain::Range)),
+        }
+    }
+}
+
+/// Names of all presets.
+fn presets() -> String {
+    Preset::ALL.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ")
+}
+
+fn transfer_function_help() -> String {
+    let presets = presets();
+    format!(
+        "Control points VALUE:#rrggbbaa separated by commas, the opacity that of one voxel length; values are data \
+         units, or 0..1 of the volume's range with --range. Or a preset over that range: {presets} [default: grey, \
+         transparent below a tenth of the range]"
+    )
 }
 
 /// Transparent below a tenth of the range, then ever brighter and denser.
@@ -110,4 +164,38 @@ fn control_point(text: &str) -> Result<ControlPoint, String> {
     let value = value.trim().parse().map_err(|_| help())?;
     let ([r, g, b], alpha) = parse_colour(colour.trim()).ok_or_else(help)?;
     Ok(ControlPoint { value, rgba: [r, g, b, alpha.unwrap_or(1.0)] })
+}
+
+fn background(text: &str) -> Result<Background, String> {
+    let help = || format!("`{text}`: write an opaque colour, as #203040");
+    parse_colour(text).filter(|(_, alpha)| alpha.is_none()).map(|(rgb, _)| rgb).ok_or_else(help)
+}
+
+/// Three numbers between commas.
+fn triple(text: &str) -> Option<[f32; 3]> {
+    let numbers: Vec<f32> = text.split(',').map(|t| t.trim().parse().ok()).collect::<Option<_>>()?;
+    numbers.try_into().ok()
+}
+
+fn light(text: &str) -> Result<Shading, String> {
+    if text == "camera" {
+        return Ok(Shading::default());
+    }
+    let help = || format!("`{text}`: write camera, or X,Y,Z towards the light, not all 0, as 1,-1,2");
+    let direction = triple(text).filter(|d| Shading::is_direction(*d)).ok_or_else(help)?;
+    Ok(Shading { light: Light::Fixed, direction, ..Shading::default() })
+}
+
+fn clip_box(text: &str) -> Result<ClipBox, String> {
+    let help = || format!("`{text}`: write two corners in shares from 0 to 1, as 0,0,0:1,1,0.5");
+    let corner = |t: &str| triple(t).filter(|shares| shares.iter().all(|s| (0.0..=1.0).contains(s)));
+    let corners = text.split_once(':').and_then(|(low, high)| Some((corner(low)?, corner(high)?)));
+    let (low, high) = corners.ok_or_else(help)?;
+    let clip = ClipBox { low, high };
+    match clip.empty_axis() {
+        Some(axis) => {
+            Err(format!("`{text}`: empty along {}; the lower corner comes first", ["x", "y", "z"][axis]))
+        }
+        None => Ok(clip),
+    }
 }

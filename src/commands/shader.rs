@@ -34,7 +34,7 @@ pub struct Args {
     /// Where voxels are decoded: inline, deferred or host.
     #[arg(long, default_value = "inline", value_parser = super::render::site)]
     site: Site,
-    /// The renderer.
+    /// The renderer, and settings of it that are not the default, as slicing,geometry=axis; see `cvr renderers`.
     #[arg(long, default_value = "raycasting")]
     renderer: String,
     #[command(flatten)]

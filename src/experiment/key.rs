@@ -98,8 +98,8 @@ mod tests {
     use super::*;
     use crate::experiment::volumes::load;
     use cvr_core::codec::Site;
-    use cvr_core::pipeline::{Capabilities, Document, resolve};
-    use cvr_core::render::Filter;
+    use cvr_core::pipeline::{Capabilities, Document, TransferDomain, resolve};
+    use cvr_core::render::{ClipBox, Filter, Preset, Shading};
 
     const CONFIG: &str = r##"
 [experiment]
@@ -139,7 +139,7 @@ transfer_function = [[0, "#00000000"], [255, "#ffffffff"]]
         assert_eq!(first, key(&names, CONFIG, |_, _, _| {}));
         assert_eq!(first.len(), 64);
         type Change = fn(&mut Cell, &mut LoadedVolume, &mut Experiment);
-        let changes: [(&str, Change); 12] = [
+        let changes: [(&str, Change); 18] = [
             ("volume", |c, _, _| c.volume.push('2')),
             ("codec", |c, _, _| c.codec = "raw".to_owned()),
             ("site", |c, _, _| c.site = Site::Host),
@@ -152,6 +152,17 @@ transfer_function = [[0, "#00000000"], [255, "#ffffffff"]]
             ("camera", |_, _, e| e.scenes[0].camera.azimuth += 1.0),
             ("colours", |_, _, e| e.scenes[0].control_points[1].value = 254.0),
             ("background", |_, _, e| e.scenes[0].background = [0.0, 0.0, 0.1]),
+            ("early termination", |_, _, e| e.scenes[0].early_termination = 0.9),
+            ("shading", |_, _, e| e.scenes[0].shading = Some(Shading::default())),
+            ("light", |_, _, e| {
+                let direction = [0.0, 0.0, 1.0];
+                e.scenes[0].shading = Some(Shading { direction, ..Shading::default() });
+            }),
+            ("clip box", |_, _, e| {
+                e.scenes[0].clip = Some(ClipBox { high: [1.0, 1.0, 0.5], ..ClipBox::WHOLE });
+            }),
+            ("domain", |_, _, e| e.scenes[0].domain = TransferDomain::Range),
+            ("preset", |_, _, e| e.scenes[0].control_points = Preset::ALL[0].control_points()),
         ];
         let mut seen = vec![first.clone()];
         for (name, change) in changes {
@@ -159,6 +170,24 @@ transfer_function = [[0, "#00000000"], [255, "#ffffffff"]]
             assert!(!seen.contains(&key), "{name} does not move the key");
             seen.push(key);
         }
+        let written = |lines: &str| {
+            let config =
+                CONFIG.replace("transfer_function = [[0, \"#00000000\"], [255, \"#ffffffff\"]]", lines);
+            key(&names, &config, |_, _, _| {})
+        };
+        let lines =
+            ["", "shading = true", "shading = { shininess = 31 }", "clip_box = [[0, 0, 0], [1, 0.5, 1]]"];
+        for line in
+            ["tissue", "heat"].iter().flat_map(|p| lines.map(|l| format!("transfer_function = '{p}'\n{l}")))
+        {
+            let key = written(&line);
+            assert!(!seen.contains(&key), "{line} does not move the key");
+            seen.push(key);
+        }
+        assert_eq!(
+            written("transfer_function = 'heat'\nshading = {}"),
+            written("transfer_function = 'heat'\nshading = true")
+        );
         let spaced = CONFIG.replace("dims = [4, 4, 4]", "dims = [4, 2, 8]");
         let same_samples =
             |_: &mut Cell, v: &mut LoadedVolume, _: &mut Experiment| v.provenance.blake3 = "0".repeat(64);

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::metrics::AgreementRule;
-use cvr_core::render::{ControlPoint, Filter, TransferFunction, View};
+use cvr_core::render::{ClipBox, ControlPoint, Filter, Light, Shading, TransferFunction, View};
 use cvr_core::volume::{BrickSource as _, FrameIndex};
 use cvr_core::volume::{DenseVolume, FiniteVolume, SampleType, Samples};
 use cvr_engine::testing::test_device;
 
 use super::mutated::Mutated;
-use super::scenes::{draw, inline, mirror, source, textured, view};
+use super::scenes::{clipped, draw, inline, lit, mirror, source, textured, view};
 use super::subjects::{ODD, codec, encoded, settings};
 
 const SAMPLE: SampleType = SampleType::U8;
@@ -86,6 +86,66 @@ fn another_transfer_function_breaks_every_rule() {
         let expected = mirror(&right, whole.as_ref());
         rule.check(&expected, &draw(device, &right, &source).0).unwrap();
         for (what, wrong) in [("aside", aside), ("thinner", thinner), ("swapped", swapped)] {
+            let found = rule.check(&expected, &draw(device, &wrong, &source).0);
+            assert!(found.is_err(), "{site} {filter}: {what} passes: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn another_light_breaks_every_rule() {
+    let Some(device) = test_device("picture_twins::light") else { return };
+    let whole = raw(&original());
+    for (site, filter, rule) in CASES {
+        let source = source(device, site, "raw", whole.as_ref());
+        for light in [Light::Camera, Light::Fixed] {
+            let right = lit(seen(filter), light);
+            let expected = mirror(&right, whole.as_ref());
+            rule.check(&expected, &draw(device, &right, &source).0).unwrap();
+            let change = |change: &dyn Fn(&mut Shading)| {
+                let mut shading = right.shading.unwrap();
+                change(&mut shading);
+                View { shading: Some(shading), ..right.clone() }
+            };
+            let other = if light == Light::Camera { Light::Fixed } else { Light::Camera };
+            for (what, wrong) in [
+                ("unlit", seen(filter)),
+                ("mirrored in x", change(&|s| s.direction[0] = -s.direction[0])),
+                ("mirrored in y", change(&|s| s.direction[1] = -s.direction[1])),
+                ("mirrored in z", change(&|s| s.direction[2] = -s.direction[2])),
+                ("following the other", change(&|s| s.light = other)),
+                ("a larger highlight", change(&|s| s.shininess = 8.0)),
+                ("less of it", change(&|s| s.diffuse *= 0.8)),
+            ] {
+                let found = rule.check(&expected, &draw(device, &wrong, &source).0);
+                assert!(found.is_err(), "{site} {filter}: {light:?}, {what}: passes: {found:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_clip_box_off_by_one_voxel_breaks_every_rule() {
+    let Some(device) = test_device("picture_twins::clip_box") else { return };
+    let whole = raw(&original());
+    for (site, filter, rule) in CASES {
+        let source = source(device, site, "raw", whole.as_ref());
+        let right = clipped(seen(filter));
+        let expected = mirror(&right, whole.as_ref());
+        rule.check(&expected, &draw(device, &right, &source).0).unwrap();
+        let change = |change: &dyn Fn(&mut ClipBox)| {
+            let mut clip = right.clip.unwrap();
+            change(&mut clip);
+            View { clip: Some(clip), ..right.clone() }
+        };
+        let mut wrong = vec![("whole".to_owned(), seen(filter))];
+        for (axis, extent) in ODD.into_iter().enumerate() {
+            let voxel = 1.0 / extent as f32;
+            let low = change(&|clip| clip.low[axis] += voxel);
+            let high = change(&|clip| clip.high[axis] -= voxel);
+            wrong.extend([(format!("low {axis}"), low), (format!("high {axis}"), high)]);
+        }
+        for (what, wrong) in wrong {
             let found = rule.check(&expected, &draw(device, &wrong, &source).0);
             assert!(found.is_err(), "{site} {filter}: {what} passes: {found:?}");
         }

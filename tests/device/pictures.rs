@@ -2,13 +2,13 @@
 
 use cvr_core::codec::Site;
 use cvr_core::metrics::AgreementRule;
-use cvr_core::render::{Camera, Filter, Projection, View};
+use cvr_core::render::{Camera, Filter, Light, Projection, View};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::SampleType;
 use cvr_engine::Device;
 use cvr_engine::testing::test_device;
 
-use super::scenes::{camera, draw, mirror, source, textured, view};
+use super::scenes::{camera, clipped, draw, lit, mirror, source, textured, view};
 use super::subjects::{ODD, codec, encoded, settings};
 
 use Projection::{Orthographic, Perspective};
@@ -73,8 +73,8 @@ fn breaches(device: &Device, subject: &Subject, views: &[View]) -> (usize, Vec<S
                     let (camera, step) = (view.camera, view.step_voxels);
                     format!(
                         "{codec} {settings:?} {size:?} {spacing:?} {sample}, {site} {filter}, {:?}, step {step}, \
-                         until {}, {camera:?}",
-                        view.size, view.termination
+                         until {}, {camera:?}, {:?}, {:?}",
+                        view.size, view.termination, view.shading, view.clip
                     )
                 };
                 drawn += 1;
@@ -181,6 +181,39 @@ fn samples_on_voxel_faces() {
             })
             .collect();
         breaches(device, &subject, &views)
+    });
+    assert_none(&found);
+}
+
+/// Every camera lit, clipped, or both, in turn; the light follows the camera or the volume.
+#[test]
+fn lit_and_clipped_volumes() {
+    let Some(device) = test_device("pictures::lit_and_clipped") else { return };
+    let found = [
+        Subject { codec: "raw", settings: &[], size: ODD, spacing: [1.0, 1.5, 0.7], sample: SampleType::U8 },
+        Subject {
+            codec: "s3dc",
+            settings: &[("block", "4"), ("index_bits", "8")],
+            size: [32; 3],
+            spacing: ISOTROPIC,
+            sample: SampleType::F32,
+        },
+    ]
+    .map(|subject| {
+        let plain = views(subject.sample, cameras());
+        let light = |i: usize| if i.is_multiple_of(2) { Light::Camera } else { Light::Fixed };
+        let dressed = plain.iter().enumerate().flat_map(|(i, view)| {
+            // Where a gradient all but vanishes, the weights of a texture unit decide its direction: no one sample
+            // should decide a pixel.
+            let view = &View { step_voxels: view.step_voxels.min(0.5), ..view.clone() };
+            let lit = lit(view.clone(), light(i));
+            match i % 3 {
+                0 => vec![lit.clone(), clipped(lit)],
+                1 => vec![clipped(view.clone()), lit],
+                _ => vec![clipped(lit)],
+            }
+        });
+        breaches(device, &subject, &dressed.collect::<Vec<_>>())
     });
     assert_none(&found);
 }

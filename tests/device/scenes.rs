@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::render::{
-    Camera, ControlPoint, DecodedFrame, Filter, Image, Projection, Renderer, TransferFunction, View,
+    Camera, ClipBox, ControlPoint, DecodedFrame, Filter, Image, Light, Projection, Renderer, Shading,
+    TransferFunction, View,
 };
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FiniteVolume, FrameIndex, Level, SampleType};
@@ -43,6 +44,17 @@ pub fn view(sample: SampleType, size: [u32; 2], filter: Filter) -> View {
         filter,
         ..View::new(transfer_function(sample))
     }
+}
+
+/// The same view, its surfaces lit from the side.
+pub fn lit(view: View, light: Light) -> View {
+    let direction = [0.8, -0.5, 0.6];
+    View { shading: Some(Shading { light, direction, ..Shading::default() }), ..view }
+}
+
+/// The same view of a box whose faces lie between voxel faces and cut the volume on four sides.
+pub fn clipped(view: View) -> View {
+    View { clip: Some(ClipBox { low: [0.0, 0.21, 0.13], high: [0.83, 0.9, 1.0] }), ..view }
 }
 
 /// A camera at this azimuth and elevation.

@@ -27,7 +27,7 @@ use super::volumes::{opened, varied};
 const SIZE: [u32; 3] = [7, 5, 6];
 
 /// The values of a setting that reach its ends.
-fn interesting(kind: &SettingKind) -> Vec<SettingValue> {
+pub fn interesting(kind: &SettingKind) -> Vec<SettingValue> {
     let texts = |texts: &[&str]| texts.iter().map(|t| SettingValue::Text((*t).to_owned())).collect();
     match kind {
         SettingKind::Integer { min, max } => [*min, *max].map(SettingValue::Integer).into(),
@@ -252,7 +252,7 @@ fn what_the_machine_lacks_is_refused_with_its_reason() {
     assert_eq!(lacking.count(), all.cells.iter().filter(|c| c.site == Site::Host).count());
 }
 
-/// Colour has no picture yet, but its snippets are generated: through the template that writes every voxel.
+/// Through the template that writes every voxel, too.
 #[test]
 fn every_snippet_is_valid_for_scalars_and_colour() {
     let names = Names::new().unwrap();

@@ -1,4 +1,5 @@
-//! Golden pictures, drawn by the CPU mirror and never by a device: volumes × codecs × projections × filters.
+//! Golden pictures, drawn by the CPU mirrors and never by a device: volumes × codecs × projections × filters by
+//! raycasting, and one of each kind of light, clip box and geometry of slices.
 
 use cvr::input::Generator;
 use cvr::registry::{Names, renderer};
@@ -6,12 +7,13 @@ use cvr_core::codec::{SettingValue, Settings};
 use cvr_core::metrics::{shifted, visible};
 use cvr_core::pipeline::parse_colour;
 use cvr_core::render::{
-    Camera, ControlPoint, DecodedFrame, Filter, Image, Projection, TransferFunction, View, Voxels as _,
+    Camera, ControlPoint, DecodedFrame, Filter, Image, Light, Projection, TransferFunction, View, Voxels as _,
 };
 use cvr_core::volume::{DenseVolume, FiniteVolume, FrameIndex, SampleType};
 
 use super::golden_files::Goldens;
-use super::volumes::{computed, opened, spaced};
+use super::scene_combinations::Optics;
+use super::volumes::{computed, floats, opened, spaced};
 
 /// One golden picture.
 struct Golden {
@@ -19,20 +21,57 @@ struct Golden {
     codec: &'static str,
     projection: Projection,
     filter: Filter,
+    renderer: &'static str,
+    optics: Optics,
+}
+
+/// Lit, clipped, and in slices.
+fn of_every_kind() -> Vec<Golden> {
+    use Projection::{Orthographic, Perspective};
+    let golden = |volume, codec, projection, filter, renderer, lit, clipped| {
+        let optics = Optics { lit, clipped, skipping: false };
+        Golden { volume, codec, projection, filter, renderer, optics }
+    };
+    let (camera, fixed) = (Some(Light::Camera), Some(Light::Fixed));
+    let (shells, axis) = ("slicing,geometry=shells", "slicing,geometry=axis");
+    let (drops, turbulence, linear) = ("drops", "turbulence", Filter::Linear);
+    vec![
+        golden(drops, "raw", Perspective, linear, "raycasting", camera, false),
+        golden(drops, "raw", Perspective, linear, "raycasting", None, true),
+        golden(turbulence, "raw", Orthographic, linear, "raycasting", fixed, true),
+        golden(drops, "s3dc", Perspective, linear, "slicing", camera, true),
+        golden(turbulence, "raw", Orthographic, Filter::Nearest, "slicing", None, true),
+        golden(turbulence, "raw", Perspective, linear, axis, camera, false),
+        golden(drops, "raw", Perspective, linear, shells, fixed, false),
+    ]
 }
 
 fn all() -> Vec<Golden> {
-    let mut all = Vec::new();
+    let mut all = of_every_kind();
     for volume in ["marschner-lobb", "turbulence"] {
         for codec in ["raw", "s3dc"] {
             for projection in [Projection::Perspective, Projection::Orthographic] {
                 for filter in [Filter::Nearest, Filter::Linear] {
-                    all.push(Golden { volume, codec, projection, filter });
+                    let (renderer, optics) = ("raycasting", Optics::default());
+                    all.push(Golden { volume, codec, projection, filter, renderer, optics });
                 }
             }
         }
     }
     all
+}
+
+/// Three drops that run into each other: smooth, so that a picture tells whence the light comes.
+fn drops() -> DenseVolume {
+    let drops = [([0.35, 0.4, 0.4], 0.17), ([0.65, 0.55, 0.35], 0.14), ([0.5, 0.5, 0.72], 0.12)];
+    floats([40; 3], |p| {
+        let x = p.map(|c| (c as f32 + 0.5) / 40.0);
+        let drop = |(centre, radius): &([f32; 3], f32)| {
+            let squares = x.iter().zip(centre).map(|(a, b)| (a - b) * (a - b));
+            (-squares.sum::<f32>() / (2.0 * radius * radius)).exp()
+        };
+        drops.iter().map(drop).sum()
+    })
 }
 
 impl Golden {
@@ -41,7 +80,16 @@ impl Golden {
             Projection::Perspective => "perspective",
             Projection::Orthographic => "orthographic",
         };
-        format!("{}-{}-{projection}-{}", self.volume, self.codec, self.filter)
+        let mut name = format!("{}-{}-{projection}-{}", self.volume, self.codec, self.filter);
+        if self.renderer != "raycasting" {
+            name = format!("{name}-{}", self.renderer.replace([',', '='], "-"));
+        }
+        let light = match self.optics.lit {
+            None => "",
+            Some(Light::Camera) => "-lit",
+            Some(Light::Fixed) => "-lit-fixed",
+        };
+        format!("{name}{light}{}", if self.optics.clipped { "-clipped" } else { "" })
     }
 
     fn original(&self) -> DenseVolume {
@@ -50,6 +98,7 @@ impl Golden {
                 let volume = computed(Generator::Turbulence, [24, 32, 16], SampleType::U16);
                 spaced(&volume, [1.0, 0.75, 2.0])
             }
+            "drops" => drops(),
             _ => computed(Generator::MarschnerLobb, [32; 3], SampleType::U8),
         }
     }
@@ -78,6 +127,13 @@ impl Golden {
                 (38000.0, "#f0a040a0"),
                 (65535.0, "#ffffffff"),
             ],
+            "drops" => &[
+                (0.0, "#80a0ff00"),
+                (0.3, "#80a0ff06"),
+                (0.45, "#d0d8e010"),
+                (0.5, "#e8d8c0d0"),
+                (2.0, "#e8d8c0ff"),
+            ],
             _ => &[
                 (95.0, "#2060b000"),
                 (110.0, "#2060b030"),
@@ -90,7 +146,7 @@ impl Golden {
             let ([r, g, b], alpha) = parse_colour(colour).unwrap();
             ControlPoint { value: *value, rgba: [r, g, b, alpha.unwrap()] }
         };
-        View {
+        let view = View {
             size: [64, 64],
             camera: Camera {
                 azimuth: 35.0,
@@ -101,13 +157,17 @@ impl Golden {
             termination: 0.999,
             filter: self.filter,
             ..View::new(TransferFunction::new(points.iter().map(point).collect()).unwrap())
-        }
+        };
+        self.optics.drawn(view)
     }
 
     fn draw(&self, voxels: &DecodedFrame) -> Image {
-        let view = self.view();
+        self.draw_view(&self.view(), voxels)
+    }
+
+    fn draw_view(&self, view: &View, voxels: &DecodedFrame) -> Image {
         let mut image = Image::new(view.size);
-        renderer("raycasting").unwrap().reference(&view, voxels, &mut image).unwrap();
+        renderer(self.renderer).unwrap().reference(view, voxels, &mut image).unwrap();
         image
     }
 }
@@ -148,6 +208,38 @@ fn a_shift_by_one_pixel_or_voxel_is_another_picture() {
         }
         assert!(differs(&goldens, &name, &golden.draw(&moved(&voxels))), "{name}: one voxel");
     }
+}
+
+/// A light on the other side and a box that ends one voxel further are other pictures, by every renderer.
+#[test]
+fn another_light_or_box_is_another_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let goldens = Goldens { failures: folder.path().join("failures"), bless: false, ..Goldens::of_project() };
+    let mut wrong = 0;
+    for golden in of_every_kind() {
+        let (view, voxels, name) = (golden.view(), golden.decoded(), golden.name());
+        let mut differs = |what: &str, view: View| {
+            wrong += 1;
+            assert!(differs(&goldens, &name, &golden.draw_view(&view, &voxels)), "{name}: {what}");
+        };
+        if let Some(shading) = view.shading {
+            for axis in 0..3 {
+                let mut shading = shading;
+                shading.direction[axis] = -shading.direction[axis];
+                differs("light", View { shading: Some(shading), ..view.clone() });
+            }
+        }
+        if let Some(clip) = view.clip {
+            // The corner that the camera sees.
+            for (axis, high) in [(1, false), (2, true)] {
+                let mut clip = clip;
+                let side = if high { &mut clip.high } else { &mut clip.low };
+                side[axis] += 1.0 / voxels.layout().extent.to_array()[axis] as f32;
+                differs("box", View { clip: Some(clip), ..view.clone() });
+            }
+        }
+    }
+    assert_eq!(wrong, 5 * 3 + 4 * 2);
 }
 
 /// Goldens that were all alike would prove little.

@@ -1,32 +1,46 @@
 //! The generated text itself: it holds no more than the scene uses.
 
-use cvr::registry::{Names, renderer};
+use cvr::registry::{Names, renderer, renderers};
 use cvr_core::codec::{SettingValue, Settings, Site};
-use cvr_core::render::{Filter, Projection};
+use cvr_core::render::{Filter, Light, Projection};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::SampleType;
 
 use super::combinations::{shader, source, view};
+use super::scene_combinations::{Optics, labels};
 use super::volumes::{opened, varied};
 
+#[derive(Copy, Clone)]
 struct Scene {
+    renderer: &'static str,
     codec: &'static str,
     site: Site,
     sampling: TextureSampling,
     filter: Filter,
     projection: Projection,
+    optics: Optics,
 }
 
 /// The paper's nearest access, in perspective.
 const S3DC: Scene = Scene {
+    renderer: "raycasting",
     codec: "s3dc",
     site: Site::Inline,
     sampling: TextureSampling::Manual,
     filter: Filter::Nearest,
     projection: Projection::Perspective,
+    optics: UNLIT,
 };
 
+/// Unlit and whole; nothing is skipped.
+const UNLIT: Optics = Optics { lit: None, clipped: false, skipping: false };
+
 fn text(scene: &Scene) -> String {
+    text_by(scene.renderer, scene)
+}
+
+/// The same by a renderer of another label.
+fn text_by(label: &str, scene: &Scene) -> String {
     let names = Names::new().unwrap();
     let codec = names.codecs().get(scene.codec).unwrap();
     let settings: Settings = match scene.codec {
@@ -39,9 +53,8 @@ fn text(scene: &Scene) -> String {
     let settings = settings.complete(codec.info()).unwrap();
     let decoder = opened(codec.as_ref(), &settings, &varied([13, 17, 23], SampleType::U8, 1));
     let source = source(scene.codec, decoder.as_ref(), scene.site, scene.sampling);
-    let raycasting = renderer("raycasting").unwrap();
-    let view = view(scene.filter, scene.projection);
-    shader(raycasting.as_ref(), &view, decoder.as_ref(), &source).unwrap().wgsl
+    let view = scene.optics.of(view(scene.filter, scene.projection), decoder.as_ref());
+    shader(renderer(label).unwrap().as_ref(), &view, decoder.as_ref(), &source).unwrap().wgsl
 }
 
 /// The origins of the parts, in their order.
@@ -119,14 +132,75 @@ fn no_codec_names_another() {
     assert!(!text(&Scene { codec: "raw", ..S3DC }).contains("s3dc_"));
 }
 
+#[test]
+fn a_scene_leaves_out_what_it_does_not_use() {
+    for label in renderers().iter().flat_map(|r| labels(r.info())) {
+        for optics in Optics::all() {
+            let text = text_by(&label, &Scene { optics, ..S3DC });
+            let lower = text.to_lowercase();
+            for (used, words) in [
+                (optics.lit.is_some(), &["gradient", "lighting", "blinn_phong", "shininess"][..]),
+                (optics.clipped, &["clip"]),
+                (optics.skipping, &["macrocell"]),
+            ] {
+                for word in words {
+                    assert_eq!(lower.contains(word), used, "{label}, {optics:?}: {word}");
+                }
+            }
+            let choices = [("optical(", 1), ("bounds_low(", 1), ("bounds_high(", 1), ("may_show(", 1)];
+            for (function, most) in choices {
+                assert!(
+                    text.matches(&format!("fn {function}")).count() <= most,
+                    "{label}, {optics:?}: {function}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stack_of_slices_knows_one_geometry_and_one_opacity() {
+    let slicing = renderer("slicing").unwrap();
+    let mut texts = Vec::new();
+    for label in labels(slicing.info()) {
+        for projection in [Projection::Perspective, Projection::Orthographic] {
+            let text = text_by(&label, &Scene { projection, ..S3DC });
+            for function in ["fn slab_crossing(", "fn slice_opacity(", "fn slice(", "fn proxy("] {
+                assert_eq!(text.matches(function).count(), 1, "{label}, {projection:?}: {function}");
+            }
+            let spheres = label.contains("shells") && projection == Projection::Perspective;
+            assert_eq!(text.contains("shells.wgsl"), spheres, "{label}, {projection:?}");
+            assert_eq!(text.contains("opacity_lerp.wgsl"), label.contains("lerp"), "{label}");
+            assert!(!text.contains("next_sample") && !text.contains("@compute"), "{label}");
+            texts.push(text);
+        }
+    }
+    texts.sort();
+    texts.dedup();
+    assert_eq!(
+        texts.len(),
+        6,
+        "planes or spheres of one eye, planes of parallel rays; each exact or interpolated"
+    );
+}
+
 /// All that generator and templates contribute is called. A codec's snippet comes as its author wrote it.
 #[test]
 fn templates_bring_no_function_that_nothing_calls() {
-    for filter in Filter::ALL {
+    let idle = |label: &str, scene: &Scene| {
+        let text = text_by(label, scene);
+        let unused: Vec<String> = unused(&text).into_iter().filter(|n| !n.starts_with("s3dc_")).collect();
+        let Scene { filter, projection, optics, .. } = scene;
+        assert!(unused.is_empty(), "{label}, {filter}, {projection:?}, {optics:?}: {unused:?}");
+    };
+    for label in renderers().iter().flat_map(|r| labels(r.info())) {
         for projection in [Projection::Perspective, Projection::Orthographic] {
-            let text = text(&Scene { filter, projection, ..S3DC });
-            let unused: Vec<String> = unused(&text).into_iter().filter(|n| !n.starts_with("s3dc_")).collect();
-            assert!(unused.is_empty(), "{filter}, {projection:?}: {unused:?}");
+            for filter in Filter::ALL {
+                idle(&label, &Scene { filter, projection, ..S3DC });
+            }
+            for optics in Optics::all() {
+                idle(&label, &Scene { optics, projection, ..S3DC });
+            }
         }
     }
 }
@@ -142,4 +216,24 @@ fn a_function_that_nothing_calls_is_noticed() {
 #[test]
 fn a_whole_shader_is_what_it_should_be() {
     insta::assert_snapshot!(text(&Scene { filter: Filter::Linear, ..S3DC }));
+}
+
+#[test]
+fn a_whole_shader_of_a_lit_and_clipped_scene() {
+    let optics = Optics { lit: Some(Light::Camera), clipped: true, skipping: false };
+    let raw = Scene { codec: "raw", filter: Filter::Linear, optics, ..S3DC };
+    insta::assert_snapshot!(text(&raw));
+}
+
+#[test]
+fn a_whole_shader_of_slices() {
+    let texture = Scene {
+        renderer: "slicing,geometry=shells,opacity_correction=lerp",
+        site: Site::Host,
+        sampling: TextureSampling::Hardware,
+        filter: Filter::Linear,
+        optics: Optics { skipping: true, ..UNLIT },
+        ..S3DC
+    };
+    insta::assert_snapshot!(text(&texture));
 }

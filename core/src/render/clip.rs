@@ -18,6 +18,12 @@ impl ClipBox {
     /// The whole volume.
     pub const WHOLE: Self = Self { low: [0.0; 3], high: [1.0; 3] };
 
+    /// The first axis along which the box holds nothing: its upper corner is not above its lower one.
+    #[must_use]
+    pub fn empty_axis(&self) -> Option<usize> {
+        self.low.iter().zip(&self.high).position(|(low, high)| low >= high)
+    }
+
     /// Lower and upper corner in voxel coordinates.
     #[must_use]
     pub fn corners(&self, extent: Extent) -> [Vec3; 2] {

@@ -1,6 +1,6 @@
 //! Shading: Blinn and Phong's model over the gradient of the data values, and where its light stands.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::RayFrame;
@@ -54,13 +54,21 @@ impl Shading {
     pub const SHININESS: std::ops::RangeInclusive<f32> = 1.0..=1000.0;
 
     /// A gradient counts in full where it exceeds this share of the transfer function's domain per voxel length by
-    /// far, and fades out below it: the direction of a gradient of nothing but rounding would be noise.
-    pub const FLAT: f32 = 0.002;
+    /// far, and fades out below it. It is about one step of 8-bit samples, and of the 8-bit weights of texture units:
+    /// the direction of less would be that of their rounding.
+    pub const FLAT: f32 = 0.004;
+
+    /// Whether these components point anywhere.
+    #[must_use]
+    pub fn is_direction(direction: [f32; 3]) -> bool {
+        direction.iter().all(|c| c.is_finite()) && direction.iter().any(|c| *c != 0.0)
+    }
 
     /// Towards the light in the world, of unit length.
     #[must_use]
     pub fn towards_light(&self, rays: &RayFrame) -> Vec3 {
-        let [x, y, z] = self.direction;
+        // The squares of very long or very short vectors need the range of double precision.
+        let [x, y, z] = DVec3::from_array(self.direction.map(f64::from)).normalize().as_vec3().to_array();
         let world = match self.light {
             Light::Fixed => Vec3::new(x, y, z),
             Light::Camera => {
@@ -69,5 +77,43 @@ impl Shading {
             }
         };
         world.normalize()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::Camera;
+    use crate::volume::{Extent, SampleType, VolumeLayout};
+
+    fn towards(light: Light, direction: [f32; 3], camera: Camera) -> Vec3 {
+        let mut layout = VolumeLayout::scalar(Extent::new(10, 20, 30).unwrap(), SampleType::U8);
+        layout.spacing = [2.0, 1.0, 4.0];
+        Shading { light, direction, ..Shading::default() }.towards_light(&camera.rays(&layout, [64, 64]))
+    }
+
+    #[test]
+    fn a_light_follows_the_camera_or_the_volume() {
+        // From azimuth 0 the camera looks along y with x to the right and z up.
+        let front = Camera { azimuth: 0.0, elevation: 0.0, ..Camera::default() };
+        let side = Camera { azimuth: 90.0, ..front };
+        for camera in [front, side] {
+            assert!(towards(Light::Fixed, [0.0, 3.0, 0.0], camera).distance(Vec3::Y) < 1e-6);
+        }
+        assert!(towards(Light::Camera, [0.0, 0.0, 2.0], front).distance(-Vec3::Y) < 1e-6);
+        assert!(towards(Light::Camera, [1.0, 0.0, 0.0], front).distance(Vec3::X) < 1e-6);
+        assert!(towards(Light::Camera, [1.0, 0.0, 0.0], side).distance(Vec3::X) > 1.0);
+    }
+
+    #[test]
+    fn the_length_of_a_direction_says_nothing() {
+        let camera = Camera::default();
+        let expected = towards(Light::Camera, [1.0, 2.0, -3.0], camera);
+        for scale in [1e-38, 1e-20, 1e30] {
+            let got = towards(Light::Camera, [1.0, 2.0, -3.0].map(|c: f32| c * scale), camera);
+            assert!(got.distance(expected) < 1e-6, "{scale}: {got}");
+        }
+        assert!(!Shading::is_direction([0.0, -0.0, 0.0]) && !Shading::is_direction([0.0, f32::NAN, 1.0]));
+        assert!(Shading::is_direction([0.0, 1e-40, 0.0]));
     }
 }

@@ -67,7 +67,9 @@ impl LightingUniform {
             diffuse: shading.diffuse,
             specular: shading.specular,
             shininess: shading.shininess,
-            flat: (view.transfer_function.domain().span() * f64::from(Shading::FLAT)) as f32,
+            // Shaders divide by it.
+            flat: ((view.transfer_function.domain().span() * f64::from(Shading::FLAT)) as f32)
+                .max(f32::MIN_POSITIVE),
         }
     }
 }

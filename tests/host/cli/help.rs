@@ -3,7 +3,7 @@
 use super::super::folder::Folder;
 
 /// Every command with the options that it has of its own.
-const COMMANDS: [(&str, &[&str]); 11] = [
+const COMMANDS: [(&str, &[&str]); 13] = [
     (
         "run",
         &[
@@ -35,7 +35,12 @@ const COMMANDS: [(&str, &[&str]); 11] = [
             "--orthographic",
             "--range",
             "--transfer-function",
+            "--shading",
+            "--light",
+            "--clip-box",
+            "--background",
             "--step-voxels",
+            "--early-termination",
             "--filter",
             "--site",
             "--renderer",
@@ -46,8 +51,24 @@ const COMMANDS: [(&str, &[&str]); 11] = [
     ("convert", &["<IN>", "<OUT>", "--dims", "--dtype", "--frames", "--channels", "--spacing"]),
     ("info", &["<FILE>", "--dims", "--dtype"]),
     ("codecs", &[]),
+    ("renderers", &[]),
+    ("presets", &[]),
     ("devices", &[]),
-    ("shader", &["[FILE]", "--codec", "--set", "--site", "--renderer", "--filter", "--orthographic"]),
+    (
+        "shader",
+        &[
+            "[FILE]",
+            "--codec",
+            "--set",
+            "--site",
+            "--renderer",
+            "--filter",
+            "--orthographic",
+            "--shading",
+            "--clip-box",
+            "surface, tissue",
+        ],
+    ),
 ];
 
 #[test]
@@ -101,6 +122,16 @@ fn a_wrong_command_line_is_bad_input() {
         &["render", "a.nrrd", "b.png", "--site", "moon"],
         &["render", "a.nrrd", "b.png", "--size", "0x9"],
         &["render", "a.nrrd", "b.png", "--filter", "cubic"],
+        &["render", "a.nrrd", "b.png", "--light", "0,0,0"],
+        &["render", "a.nrrd", "b.png", "--light", "1,2"],
+        &["render", "a.nrrd", "b.png", "--light", "sun"],
+        &["render", "a.nrrd", "b.png", "--light", "1,nan,2"],
+        &["render", "a.nrrd", "b.png", "--clip-box", "0,0,0"],
+        &["render", "a.nrrd", "b.png", "--clip-box", "0,0,0:1,1,2"],
+        &["render", "a.nrrd", "b.png", "--clip-box", "-1,0,0:1,1,1"],
+        &["render", "a.nrrd", "b.png", "--clip-box", "0,0.5,0:1,0.5,1"],
+        &["render", "a.nrrd", "b.png", "--background", "#00000000"],
+        &["render", "a.nrrd", "b.png", "--background", "black"],
     ] {
         let ran = folder.cvr(words).exits(2);
         assert!(ran.stdout.is_empty() && !ran.stderr.is_empty(), "{words:?}");

@@ -1,7 +1,9 @@
-//! Commands that print: codecs, devices, shaders, cells.
+//! Commands that print: codecs, renderers, presets, devices, shaders, cells.
 
-use cvr::registry::Names;
+use cvr::registry::{Names, renderers};
 use cvr_core::codec::Site;
+use cvr_core::pipeline::parse_colour;
+use cvr_core::render::Preset;
 
 use super::super::configs::COMPARE;
 use super::super::folder::Folder;
@@ -21,6 +23,45 @@ fn codecs_are_listed_with_all_their_settings() {
         if let Some(paper) = &info.paper {
             assert!(text.contains(paper.title), "{text}");
         }
+    }
+}
+
+#[test]
+fn renderers_are_listed_with_all_their_settings() {
+    let text = Folder::new().cvr(&["renderers"]).exits(0).stdout;
+    for info in renderers().iter().map(|r| r.info()) {
+        assert!(text.contains(&format!("{}  {}\n", info.id, info.summary)), "{text}");
+        for setting in info.settings {
+            assert!(text.contains(&format!("    {} = {}\n", setting.name, setting.default)), "{text}");
+            assert!(text.contains(setting.doc), "{text}");
+            assert!(text.contains(&setting.kind.describe()), "{text}");
+        }
+    }
+}
+
+/// What is listed is what the name stands for, but for the rounding of colours to 8 bits.
+#[test]
+fn presets_are_listed_with_points_that_the_command_line_takes() {
+    let folder = Folder::new();
+    let text = folder.cvr(&["presets"]).exits(0).stdout;
+    let lines: Vec<&str> = text.lines().filter(|line| !line.is_empty()).collect();
+    assert_eq!(lines.len(), 2 * Preset::ALL.len(), "{text}");
+    for (preset, pair) in Preset::ALL.iter().zip(lines.chunks(2)) {
+        assert_eq!(pair[0], format!("{}  {}", preset.name, preset.doc));
+        let points = pair[1].trim();
+        for (written, point) in points.split(',').zip(preset.control_points()) {
+            let (value, colour) = written.split_once(':').unwrap();
+            let ([r, g, b], a) = parse_colour(colour).unwrap();
+            assert_eq!(value.parse::<f32>().unwrap(), point.value);
+            let near = |(a, b): (f32, &f32)| (a - b).abs() < 0.5 / 255.0 + 1e-6;
+            assert!(
+                [r, g, b, a.unwrap()].into_iter().zip(&point.rgba).all(near),
+                "{}: {written}",
+                preset.name
+            );
+        }
+        assert_eq!(points.matches(':').count(), preset.control_points().len(), "{points}");
+        folder.cvr(&["shader", "--range", "--transfer-function", points]).exits(0);
     }
 }
 
@@ -54,6 +95,10 @@ fn a_shader_is_printed_with_the_origin_of_every_part() {
     for pass in [decodes, draws] {
         naga::front::wgsl::parse_str(pass).unwrap();
     }
+    let lit = folder.cvr(&["shader", "--shading", "--clip-box", "0,0,0:1,1,0.5"]).exits(0).stdout;
+    assert!(lit.contains("fn gradient(") && lit.contains("shaders/bounds/clip.wgsl"));
+    let slices = folder.cvr(&["shader", "--renderer", "slicing,geometry=axis"]).exits(0).stdout;
+    assert!(slices.contains("fn slab_crossing(") && !slices.contains("fn gradient("));
     let settings = ["shader", "--set", "block=3x5x2", "--set", "index_bits=8"];
     let other = folder.cvr(&settings).exits(0).stdout;
     assert!(other.contains("vec3<u32>(3u, 5u, 2u)") && !inline.stdout.contains("vec3<u32>(3u, 5u, 2u)"));
@@ -65,6 +110,7 @@ fn a_shader_is_printed_with_the_origin_of_every_part() {
         &["shader", "--site", "host", "--filter", "optimised-linear"],
         &["shader", "--site", "deferred", "--filter", "optimised-linear"],
         &["shader", "--zoom", "0"],
+        &["shader", "--transfer-function", "tisue"],
     ] {
         folder.cvr(wrong).refused();
     }

@@ -55,7 +55,9 @@ fn an_output_that_cannot_be_written_is_named() {
 #[test]
 fn a_reader_that_has_gone_is_no_error() {
     let folder = folder();
-    for arguments in [&["codecs"][..], &["shader"], &["info", "v.cvr"], &["info", "v.nrrd"]] {
+    for arguments in
+        [&["codecs"][..], &["renderers"], &["presets"], &["shader"], &["info", "v.cvr"], &["info", "v.nrrd"]]
+    {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let output = Command::new(env!("CARGO_BIN_EXE_cvr"))
@@ -96,7 +98,13 @@ fn what_cannot_be_drawn_is_refused_on_the_mirror_too() {
         &["--step-voxels", "-1"],
         &["--transfer-function", "nan:#ffffffff,1:#ffffffff"],
         &["--transfer-function", "1:#ffffffff"],
+        &["--transfer-function", "tisue"],
+        &["--transfer-function", "0:#00000000,2:#ffffffff", "--range"],
+        &["--early-termination", "0"],
+        &["--early-termination", "1.5"],
+        &["--early-termination", "nan"],
         &["--renderer", "raytracing"],
+        &["--renderer", "slicing,geometry=cones"],
     ] {
         draw(wrong).refused();
     }
@@ -105,4 +113,43 @@ fn what_cannot_be_drawn_is_refused_on_the_mirror_too() {
     draw(&["--filter", "optimised-linear", "--site", "deferred"]).refused();
     assert!(!folder.path("v.png").exists());
     draw(&["--filter", "optimised-linear"]).exits(0);
+}
+
+#[test]
+fn each_option_of_a_scene_changes_the_picture() {
+    let folder = folder();
+    let draw = |more: &[&str]| {
+        let draw = ["render", "v.cvr", "v.png", "--device", "cpu", "--size", "24x24"];
+        folder.cvr(&[&draw[..], more].concat()).exits(0);
+        folder.read("v.png")
+    };
+    let plain = draw(&[]);
+    for same in [
+        &["--clip-box", "0,0,0:1,1,1"][..],
+        &["--background", "#000000"],
+        &["--early-termination", "0.999"],
+        &["--renderer", "raycasting"],
+    ] {
+        assert!(draw(same) == plain, "{same:?}");
+    }
+    let mut seen = vec![plain];
+    for other in [
+        &["--shading"][..],
+        &["--light", "-1,-2,0.5"],
+        &["--clip-box", "0,0,0:1,1,0.5"],
+        &["--clip-box", "0.5,0,0:1,1,0.5"],
+        &["--background", "#203040"],
+        &["--early-termination", "0.2"],
+        &["--transfer-function", "heat"],
+        &["--transfer-function", "heat", "--shading"],
+        &["--transfer-function", "0:#00000000,1:#ff0000ff", "--range"],
+        &["--renderer", "slicing,geometry=axis", "--step-voxels", "2"],
+    ] {
+        let picture = draw(other);
+        assert!(!seen.contains(&picture), "{other:?} changes nothing");
+        seen.push(picture);
+    }
+    // A light that follows the camera is the light of --shading.
+    assert!(draw(&["--light", "camera"]) == draw(&["--shading"]));
+    assert!(draw(&["--light", "-1,-2,0.5"]) == draw(&["--light", "-1,-2,0.5", "--shading"]));
 }

@@ -2,6 +2,7 @@
 
 mod accepted;
 mod configs;
+mod optics;
 mod overriding;
 mod refused_inputs;
 mod refused_pictures;

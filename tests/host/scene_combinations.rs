@@ -1,0 +1,203 @@
+//! Every renderer × its settings × lit × clipped × skipping × projection × site × filter × channels is generated and
+//! validated.
+//!
+//! Renderers and settings are enumerated from the registry. Pictures whose shaders are the same text are generated once.
+
+use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use cvr::registry::{Names, renderer, renderers};
+use cvr_core::codec::{Decoder, Settings, Site};
+use cvr_core::render::{
+    ClipBox, Filter, Light, MacrocellRanges, Pass, Plan, Projection, RendererInfo, Shading, View,
+};
+use cvr_core::shader::{
+    BindingLimits, GeneratedShader, Request, ShaderError, Source, TextureSampling, generate,
+};
+use cvr_core::volume::{FrameIndex, Level, SampleType};
+use rayon::prelude::*;
+
+use super::combinations::{interesting, source, view};
+use super::volumes::{opened, varied};
+
+/// What a view may have beside camera and colours.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Optics {
+    pub lit: Option<Light>,
+    pub clipped: bool,
+    pub skipping: bool,
+}
+
+impl Optics {
+    /// Each with and without each.
+    pub fn all() -> Vec<Self> {
+        let lights = [None, Some(Light::Camera)];
+        let clips = lights.into_iter().flat_map(|lit| [false, true].map(|clipped| (lit, clipped)));
+        clips
+            .flat_map(|(lit, clipped)| [false, true].map(|skipping| Self { lit, clipped, skipping }))
+            .collect()
+    }
+
+    /// All at once.
+    pub const EVERYTHING: Self = Self { lit: Some(Light::Camera), clipped: true, skipping: true };
+
+    /// A view with these, for what a decoder decodes.
+    pub fn of(self, view: View, decoder: &dyn Decoder) -> View {
+        let macrocells = self.skipping.then(|| {
+            let never = AtomicBool::new(false);
+            let ranges = MacrocellRanges::decode(decoder, FrameIndex::FIRST, Level::FULL, &never);
+            Arc::new(ranges.unwrap().unwrap().classify(&view.transfer_function))
+        });
+        View { macrocells, ..self.drawn(view) }
+    }
+
+    /// A view with shading and clip box; skipping is left as it is.
+    pub fn drawn(self, view: View) -> View {
+        let shading = self.lit.map(|light| {
+            let direction = match light {
+                Light::Camera => Shading::default().direction,
+                Light::Fixed => [1.0, -0.6, 0.8],
+            };
+            Shading { light, direction, ..Shading::default() }
+        });
+        let clip = self.clipped.then_some(ClipBox { low: [0.0, 0.3, 0.0], high: [0.9, 1.0, 0.6] });
+        View { shading, clip, ..view }
+    }
+}
+
+/// The labels of a renderer under every combination of its settings' values.
+pub fn labels(info: &RendererInfo) -> Vec<String> {
+    let mut all = vec![Settings::default()];
+    for setting in info.settings {
+        let with = |settings: &Settings| {
+            let values = interesting(&setting.kind).into_iter();
+            let set = values.map(|value| {
+                let mut settings = settings.clone();
+                settings.set(setting.name, value);
+                settings
+            });
+            set.collect::<Vec<_>>()
+        };
+        all = all.iter().flat_map(with).collect();
+    }
+    all.iter().map(|settings| info.label(settings).unwrap()).collect()
+}
+
+/// The one pass of a plan as a shader.
+fn made(
+    pass: &Pass,
+    filter: Filter,
+    decoder: &dyn Decoder,
+    source: &Source<'_>,
+) -> Result<GeneratedShader, ShaderError> {
+    generate(&Request {
+        templates: pass.templates(),
+        entry: pass.entry(),
+        bindings: &pass.bindings(),
+        layout: decoder.layout(),
+        source: source.clone(),
+        filter: Some(filter),
+        limits: BindingLimits::default(),
+    })
+}
+
+fn the_pass(plan: &Plan) -> &Pass {
+    let [pass] = &plan.passes[..] else { panic!("several passes") };
+    pass
+}
+
+#[test]
+fn every_scene_of_every_renderer_is_generated_and_validated() {
+    let names = Names::new().unwrap();
+    let codecs: Vec<_> = names.codecs().iter().flat_map(|codec| [(codec, 1), (codec, 3)]).collect();
+    let mut table = Vec::new();
+    for info in renderers().iter().map(|r| r.info()) {
+        let mut counts: BTreeMap<String, (usize, HashSet<String>)> = BTreeMap::new();
+        for (codec, channels) in &codecs {
+            let id = codec.info().id;
+            let volume = varied([17, 9, 20], SampleType::U8, *channels);
+            let decoder = opened(codec.as_ref(), &codec.info().default_settings(), &volume);
+            // The text of a shader follows from the pass, the filter and the source.
+            let mut distinct: BTreeMap<String, (Pass, Filter, Site, TextureSampling)> = BTreeMap::new();
+            for label in labels(info) {
+                let renderer = renderer(&label).unwrap();
+                for (optics, projection) in Optics::all()
+                    .into_iter()
+                    .flat_map(|o| [Projection::Perspective, Projection::Orthographic].map(|p| (o, p)))
+                {
+                    let view = optics.of(view(Filter::Linear, projection), decoder.as_ref());
+                    let plan =
+                        renderer.plan(&view, decoder.layout()).unwrap_or_else(|e| panic!("{label}: {e}"));
+                    let pass = the_pass(&plan);
+                    let files: Vec<_> = pass.templates().iter().map(|t| t.file).collect();
+                    for (site, sampling) in [
+                        (Site::Inline, TextureSampling::Manual),
+                        (Site::Host, TextureSampling::Manual),
+                        (Site::Host, TextureSampling::Hardware),
+                    ] {
+                        for filter in Filter::ALL {
+                            let by_cells = filter == Filter::OptimisedLinear;
+                            if by_cells && !(site == Site::Inline && codec.info().fetch_cell) {
+                                continue; // refused before a shader is asked for
+                            }
+                            let key = format!("{files:?} {:?} {site} {sampling:?} {filter}", pass.bindings());
+                            let (pictures, shaders) = counts.entry(label.clone()).or_default();
+                            *pictures += 1;
+                            shaders.insert(format!("{id} {channels} {key}"));
+                            distinct.entry(key).or_insert_with(|| (pass.clone(), filter, site, sampling));
+                        }
+                    }
+                }
+            }
+            let problems: Vec<String> = distinct
+                .par_iter()
+                .filter_map(|(key, (pass, filter, site, sampling))| {
+                    let source = source(id, decoder.as_ref(), *site, *sampling);
+                    made(pass, *filter, decoder.as_ref(), &source).err().map(|e| format!("{id} {key}: {e}"))
+                })
+                .collect();
+            assert!(problems.is_empty(), "{}", problems.join("\n"));
+        }
+        for (label, (pictures, shaders)) in counts {
+            table.push(format!("{label}: {pictures} pictures, {} shaders", shaders.len()));
+        }
+    }
+    insta::assert_snapshot!(table.join("\n"));
+}
+
+/// The test of the test: a pass that lacks any one of its modules, or brings one twice, is noticed.
+#[test]
+fn no_module_can_be_left_out() {
+    let names = Names::new().unwrap();
+    let codec = names.codecs().get("raw").unwrap();
+    let volume = varied([17, 9, 20], SampleType::U8, 1);
+    let decoder = opened(codec.as_ref(), &codec.info().default_settings(), &volume);
+    let source = source("raw", decoder.as_ref(), Site::Inline, TextureSampling::Manual);
+    for label in renderers().iter().flat_map(|r| labels(r.info())) {
+        let renderer = renderer(&label).unwrap();
+        for optics in [Optics::default(), Optics::EVERYTHING] {
+            let view = optics.of(view(Filter::Linear, Projection::Perspective), decoder.as_ref());
+            let whole = renderer.plan(&view, decoder.layout()).unwrap();
+            made(the_pass(&whole), view.filter, decoder.as_ref(), &source).unwrap();
+            for i in 0..the_pass(&whole).templates().len() {
+                let [mut without, mut twice] = [the_pass(&whole).clone(), the_pass(&whole).clone()];
+                let file = templates(&mut without).remove(i).file;
+                let again = templates(&mut twice)[i];
+                templates(&mut twice).push(again);
+                for wrong in [without, twice] {
+                    let found = made(&wrong, view.filter, decoder.as_ref(), &source);
+                    assert!(found.is_err(), "{label}: {file} is not needed, or may stand twice");
+                }
+            }
+        }
+    }
+}
+
+fn templates(pass: &mut Pass) -> &mut Vec<cvr_shaders::Template> {
+    match pass {
+        Pass::Compute(pass) => &mut pass.templates,
+        Pass::Raster(pass) => &mut pass.templates,
+        other => panic!("{other:?} is a pass that this test does not know"),
+    }
+}
