@@ -15,6 +15,7 @@ mod device {
     mod refusal;
     mod runs;
     mod scenes;
+    mod skipping;
     mod splitting;
     mod subjects;
 }

@@ -16,6 +16,8 @@ mod host {
     mod resume;
     mod shader_text;
     mod shards;
+    mod skipping;
+    mod skipping_runs;
     mod spacing;
     mod volumes;
 }

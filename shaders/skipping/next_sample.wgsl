@@ -1,20 +1,26 @@
 // The first sample from number `first` on that may show anything. The others keep their places: the picture is that of
-// all samples. Those up to the face by which the ray leaves a macrocell lie in it, or beyond it by less than its apron.
+// all samples. Mirror: `render::mirror`.
+
+// Voxels beyond the face of an empty macrocell up to which samples are skipped. A filter reads half a voxel further and
+// stays within the apron. It also keeps rays that run along a face from meeting it at every sample.
+const skip_beyond: f32 = 0.25;
+// Rays count as no slower than this along any axis, lest they divide by zero; what is slower gets less far.
+const skip_slowest: f32 = 1e-9;
+// Samples that are skipped at once: their number stays one that single precision counts.
+const skip_most: f32 = 16777216.0;
+
 fn next_sample(first: u32, entry: Ray, end: f32) -> u32 {
     var i = first;
-    loop {
+    while f32(i) * view.step < end {
         let start = f32(i) * view.step;
-        if start >= end {
-            return i;
-        }
         let x = entry.origin + entry.direction * (start + 0.5 * min(view.step, end - start));
         if may_show(x) {
-            return i;
+            break;
         }
-        let forward = select(vec3<f32>(0.0), vec3<f32>(1.0), entry.direction > vec3<f32>(0.0));
+        let forward = select(vec3<f32>(0.0), vec3<f32>(1.0), entry.direction >= vec3<f32>(0.0));
         let face = (macrocell_at(x) + forward) * f32(macrocell_edge);
-        let along = abs(entry.direction) < vec3<f32>(1e-6);
-        let away = select((face - x) / entry.direction, vec3<f32>(1e6), along);
-        i += 1u + u32(max(min(min(away.x, away.y), away.z), 0.0) / view.step);
+        let away = (abs(face - x) + skip_beyond) / max(abs(entry.direction), vec3<f32>(skip_slowest));
+        i += 1u + u32(min(min(min(away.x, away.y), away.z) / view.step, skip_most));
     }
+    return i;
 }

@@ -20,23 +20,29 @@ impl Mirror<'_> {
         let Some(macrocells) = &self.view.macrocells else { return first };
         let step = self.view.step_voxels;
         let mut i = first;
-        loop {
+        while (i as f32) * step < end {
             let start = i as f32 * step;
-            if start >= end {
-                return i;
-            }
             let x = entry.origin + entry.direction * (start + 0.5 * step.min(end - start));
             if self.may_show(x) {
-                return i;
+                break;
             }
-            let forward = Vec3::select(entry.direction.cmpgt(Vec3::ZERO), Vec3::ONE, Vec3::ZERO);
+            let forward = Vec3::select(entry.direction.cmpge(Vec3::ZERO), Vec3::ONE, Vec3::ZERO);
             let face = (macrocell_at(macrocells, x) + forward) * Macrocells::EDGE as f32;
-            let along = entry.direction.abs().cmplt(Vec3::splat(1e-6));
-            let away = Vec3::select(along, Vec3::splat(1e6), (face - x) / entry.direction);
-            i += 1 + (away.min_element().max(0.0) / step) as u32;
+            let away = ((face - x).abs() + BEYOND) / entry.direction.abs().max(Vec3::splat(SLOWEST));
+            i += 1 + (away.min_element() / step).min(MOST_AT_ONCE) as u32;
         }
+        i
     }
 }
+
+/// Voxels beyond the face of an empty macrocell up to which samples are skipped. A filter reads half a voxel further and
+/// stays within the apron. It also keeps rays that run along a face from meeting it at every sample.
+const BEYOND: f32 = 0.25;
+/// Rays count as no slower than this along any axis, in voxels per voxel length, lest they divide by zero; what is slower
+/// gets less far.
+const SLOWEST: f32 = 1e-9;
+/// Samples that are skipped at once: their number stays one that single precision counts.
+const MOST_AT_ONCE: f32 = 16_777_216.0;
 
 /// The macrocell that holds a point; one beyond the volume by rounding counts as inside.
 fn macrocell_at(macrocells: &Macrocells, x: Vec3) -> Vec3 {
