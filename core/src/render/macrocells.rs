@@ -126,13 +126,14 @@ fn range_of(values: &[f32]) -> Option<ValueRange> {
     })
 }
 
-/// By how much a sample on a device may lie beyond what the decoder yields.
+/// By how much a sample on a device may lie beyond what the decoder yields. Zeros are exact everywhere: air that is 0
+/// stays so, or a transfer function that begins at 0 would never let anything be skipped.
 #[derive(Copy, Clone, Debug)]
 struct Slack {
     /// What the codec states of its shader, in units in the last place of the decoder's range.
     shader_ulps: f64,
-    /// What reading a value out of a texel may round, in data units.
-    texel: f64,
+    /// Value of texel 0, where texels are shares of a range.
+    texel_offset: Option<f32>,
 }
 
 impl Slack {
@@ -140,7 +141,7 @@ impl Slack {
     /// and sums.
     const INTERPOLATION_ULPS: f64 = 16.0;
     /// Turning a texel into a number from 0 to 1, scaling it and adding the offset, in units in the last place of the
-    /// largest value that the form holds.
+    /// largest number in between.
     const TEXEL_ULPS: f64 = 8.0;
 
     fn of(decoder: &dyn Decoder) -> Self {
@@ -148,21 +149,24 @@ impl Slack {
             Some(Agreement::Ulp(n)) => f64::from(n),
             Some(Agreement::Exact) | None => 0.0,
         };
-        let DecodedForm { format, scale, offset } = decoder.decoded_form();
-        let texel = match format {
-            TexelFormat::Float16 | TexelFormat::Float32 => 0.0,
-            TexelFormat::Unorm8 | TexelFormat::Unorm16 => {
-                let largest = offset.abs().max((offset + scale).abs()).max(scale.abs());
-                Self::TEXEL_ULPS * ValueRange { min: -largest, max: largest }.ulp()
-            }
+        let DecodedForm { format, offset, .. } = decoder.decoded_form();
+        let texel_offset = match format {
+            TexelFormat::Float16 | TexelFormat::Float32 => None,
+            TexelFormat::Unorm8 | TexelFormat::Unorm16 => Some(offset),
         };
-        Self { shader_ulps, texel }
+        Self { shader_ulps, texel_offset }
     }
 
     /// `range` of the values of a macrocell, in which the codec knows them to lie within `known`.
     fn widened(self, range: ValueRange, known: Option<ValueRange>) -> ValueRange {
+        let ulp = |range: ValueRange| if range.magnitude() > 0.0 { range.ulp() } else { 0.0 };
         let stated = known.map_or(range, |known| known.union(range));
-        let by = self.shader_ulps * stated.ulp() + Self::INTERPOLATION_ULPS * range.ulp() + self.texel;
+        let texel = self.texel_offset.map_or(0.0, |offset| {
+            let scaled = ValueRange { min: range.min - offset, max: range.max - offset };
+            ulp(scaled.union(range))
+        });
+        let by =
+            self.shader_ulps * ulp(stated) + Self::INTERPOLATION_ULPS * ulp(range) + Self::TEXEL_ULPS * texel;
         ValueRange { min: (f64::from(range.min) - by) as f32, max: (f64::from(range.max) + by) as f32 }
     }
 }

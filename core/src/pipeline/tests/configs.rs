@@ -40,6 +40,11 @@ fn every_config_reads_and_resolves() {
             34,
             11,
         ),
+        (
+            "skipping",
+            96,
+            0,
+        ),
     ]
     "#);
 }

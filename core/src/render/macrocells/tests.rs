@@ -165,6 +165,10 @@ fn ranges_hold_what_a_shader_may_make_of_them() {
     // What is stored as a share of −32768..32767 cancels when the offset is added.
     let form = DecodedForm { format: TexelFormat::Unorm16, scale: 65535.0, offset: -32768.0 };
     assert!(slack(&Fake { form, ..Fake::new([8, 8, 8], |_, _| 1.0) }) >= 32768.0 * ulp);
+    // Nothing is rounded of a zero: air stays air.
+    let form = DecodedForm { format: TexelFormat::Unorm8, scale: 255.0, offset: 0.0 };
+    let air = Fake { form, agreement: Some(Agreement::Ulp(4)), ..Fake::new([8, 8, 8], |_, _| 0.0) };
+    assert_eq!(air.ranges(Level::FULL).range([0; 3]), Some(ValueRange { min: 0.0, max: 0.0 }));
 }
 
 #[test]
