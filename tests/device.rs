@@ -19,6 +19,7 @@ mod device {
     mod refusal;
     mod runs;
     mod scenes;
+    mod skipping;
     mod slicing;
     mod splitting;
     mod subjects;

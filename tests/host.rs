@@ -21,6 +21,8 @@ mod host {
     mod scene_combinations;
     mod shader_text;
     mod shards;
+    mod skipping;
+    mod skipping_runs;
     mod spacing;
     mod volumes;
 }

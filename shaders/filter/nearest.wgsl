@@ -5,5 +5,9 @@ const nearest_tie: f32 = 0.0017;
 
 fn volume_sample(x: vec3<f32>) -> Voxel {
     let last = vec3<i32>(volume_extent) - 1;
-    return voxel_fetch(clamp(vec3<i32>(floor(x + nearest_tie)), vec3<i32>(0), last));
+    // Not floor(x + nearest_tie): a compiler may add the offset to what x is computed from, one shader otherwise than
+    // the next, and one rounds to another voxel than the other.
+    let below = floor(x);
+    let voxel = select(below, below + 1.0, x - below >= vec3<f32>(1.0 - nearest_tie));
+    return voxel_fetch(clamp(vec3<i32>(voxel), vec3<i32>(0), last));
 }

@@ -87,7 +87,8 @@ fn order(provenance: &Provenance) -> Option<Vec<Identity>> {
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     let identity = |c: &cvr_core::pipeline::Cell| {
         let (settings, site, filter) = (c.settings.to_string(), c.site.name(), c.filter.name());
-        [&c.volume, &c.codec, &settings, site, filter, &c.renderer, &c.scene].map(str::to_owned)
+        let names = [&c.volume, &c.codec, &settings, site, filter, &c.renderer, &c.scene];
+        (names.map(str::to_owned), c.skipping)
     };
     Some(resolution.cells.iter().map(identity).collect())
 }

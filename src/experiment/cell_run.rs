@@ -11,6 +11,7 @@ use cvr_engine::timing::{PairBudget, paired};
 
 use super::encoded::Encoded;
 use super::record::Record;
+use super::skipping;
 use super::stage::Stage;
 use super::target::{Decoded, Picture, Target, VoxelSource};
 
@@ -29,6 +30,7 @@ pub fn empty_record(cell: &Cell, volume: &FiniteVolume, target: &Target) -> Reco
         filter: cell.filter.name().to_owned(),
         renderer: cell.renderer.clone(),
         scene: cell.scene.clone(),
+        skipping: cell.skipping,
         device: target.name(),
         driver: target.driver(),
         voxels: layout.voxels(),
@@ -80,10 +82,17 @@ pub fn run(
     let voxels = VoxelSource { codec: &cell.codec, decoder: encoded.decoder.as_ref(), decoded };
     debug_assert_eq!(voxels.site(), cell.site);
     let background = stage.background();
-    let picture = stage.picture(cell.filter, &voxels)?;
+    let mut view = stage.view(cell.filter)?;
+    let unskipped = if cell.skipping { Some(stage.picture(&view, &voxels)?) } else { None };
+    if cell.skipping {
+        let (decoder, function) = (encoded.decoder.as_ref(), &view.transfer_function);
+        view.macrocells = Some(encoded.macrocells.classify(decoder, function, stop, record)?);
+    }
+    let picture = stage.picture(&view, &voxels)?;
     record.resident_bytes = picture.resident_bytes();
     record.filtering = Some(picture.filtering().to_owned());
     record.flag_fallbacks(picture.fallback(), stage.baseline.fallback());
+    record.flag_blending(picture.blends_in_half());
     let image = picture.image().map_err(|e| e.to_string())?;
 
     go_on()?;
@@ -101,6 +110,11 @@ pub fn run(
     let colours = error_picture(&stage.reference, &image, background).map_err(|e| e.to_string())?;
     write_png(&folder.join(&name), image.size(), &colours).map_err(|e| e.to_string())?;
     record.error_image = Some(name);
+    if let Some(unskipped) = &unskipped {
+        go_on()?;
+        let without = unskipped.image().map_err(|e| e.to_string())?;
+        skipping::check_picture(record, &image, &without)?;
+    }
 
     let draw = |picture: &Picture<'_>| {
         go_on()?;
@@ -114,6 +128,9 @@ pub fn run(
     record.relative_frame_time = Some(timing.relative);
     record.relative_frame_time_iqr = Some(timing.relative_iqr);
     record.frame_pairs = Some(timing.pairs as u32);
+    if let Some(unskipped) = &unskipped {
+        skipping::time_gain(record, || draw(&picture), || draw(unskipped))?;
+    }
     record.flag_noise();
     Ok(())
 }

@@ -10,6 +10,7 @@ use cvr_core::metrics::{VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, NoReferences, Region, VolumeLayout};
 
+use super::skipping::LazyRanges;
 use super::target::Target;
 
 /// A volume as one codec with one set of settings gives it back.
@@ -31,6 +32,8 @@ pub struct Encoded {
     pub error_bound: Option<f64>,
     /// Remarks of the encoder.
     pub notes: Vec<String>,
+    /// The macrocells of the first frame.
+    pub macrocells: LazyRanges,
 }
 
 /// Encodes into a file in `scratch`, reads it back and decodes every frame.
@@ -74,6 +77,7 @@ pub fn encode(
         error_bound: report.error_bound,
         notes: report.notes.clone(),
         decoder,
+        macrocells: LazyRanges::default(),
     })
 }
 

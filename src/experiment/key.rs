@@ -34,6 +34,7 @@ struct Inputs<'a> {
     renderer: &'a str,
     site: &'a str,
     filter: &'a str,
+    skipping: bool,
     device: String,
     driver: String,
     cpu: String,
@@ -73,6 +74,7 @@ impl Keys<'_> {
             renderer: &cell.renderer,
             site: cell.site.name(),
             filter: cell.filter.name(),
+            skipping: cell.skipping,
             device: target.name(),
             driver: target.driver(),
             cpu: machine::cpu(),
@@ -139,11 +141,12 @@ transfer_function = [[0, "#00000000"], [255, "#ffffffff"]]
         assert_eq!(first, key(&names, CONFIG, |_, _, _| {}));
         assert_eq!(first.len(), 64);
         type Change = fn(&mut Cell, &mut LoadedVolume, &mut Experiment);
-        let changes: [(&str, Change); 18] = [
+        let changes: [(&str, Change); 19] = [
             ("volume", |c, _, _| c.volume.push('2')),
             ("codec", |c, _, _| c.codec = "raw".to_owned()),
             ("site", |c, _, _| c.site = Site::Host),
             ("filter", |c, _, _| c.filter = Filter::Nearest),
+            ("skipping", |c, _, _| c.skipping = true),
             ("renderer", |c, _, _| c.renderer.push('2')),
             ("settings", |c, _, _| c.settings.set("index_bits", cvr_core::codec::SettingValue::Integer(2))),
             ("samples", |_, v, _| v.provenance.blake3 = "0".repeat(64)),

@@ -138,6 +138,7 @@ fn is_of(picture: &ReferencePicture, cell: &Cell) -> bool {
 /// Name of the reference picture of a cell. It does not depend on which cell asks first, so that shards agree.
 pub(super) fn reference_id(cell: &Cell) -> String {
     let (codec, settings) = (String::new(), Settings::default());
-    let reference = Cell { codec, settings, site: Site::Inline, filter: Filter::Linear, ..cell.clone() };
+    let reference =
+        Cell { codec, settings, site: Site::Inline, filter: Filter::Linear, skipping: false, ..cell.clone() };
     format!("reference-{}", reference.id())
 }

@@ -22,13 +22,19 @@ fn refuse(folder: &Path, problem: impl ToString) -> MergeError {
     MergeError { folder: folder.to_owned(), problem: problem.to_string() }
 }
 
-/// What a record is about, as its columns `volume` to `scene` say.
-pub type Identity = [String; 7];
+/// What a record is about, as its columns `volume` to `scene` say, and `skipping`.
+pub type Identity = ([String; 7], bool);
 
 /// What a record is about.
 #[must_use]
 pub fn identity(r: &Record) -> Identity {
-    [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene].map(Clone::clone)
+    let names = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene];
+    (names.map(Clone::clone), r.skipping)
+}
+
+/// An identity in words.
+fn in_words((names, skipping): &Identity) -> String {
+    format!("{}{}", names.join(" "), if *skipping { " skipping" } else { "" })
 }
 
 /// The results in one folder.
@@ -66,9 +72,9 @@ impl Source {
         }
         let mut cells = Vec::new();
         for record in &results.records {
-            let name = (identity(record), record.device.clone());
-            let missing = || refuse(folder, format!("{CELLS} lacks the file of cell {}", name.0.join(" ")));
-            cells.push(found.remove(&name).ok_or_else(missing)?);
+            let of = (identity(record), record.device.clone());
+            let missing = || refuse(folder, format!("{CELLS} lacks the file of cell {}", in_words(&of.0)));
+            cells.push(found.remove(&of).ok_or_else(missing)?);
         }
         Ok(Self { folder: folder.to_owned(), results, cells })
     }
@@ -141,10 +147,10 @@ pub fn merge(mut sources: Vec<Source>, order: &[Identity]) -> Result<Merged, Mer
     for (number, source) in sources.iter_mut().enumerate() {
         for mut entry in std::mem::take(&mut source.cells) {
             entry.source = number;
-            let (name, device) = (identity(&entry.file.record), &entry.file.record.device);
+            let (own, device) = (identity(&entry.file.record), &entry.file.record.device);
             let same = entries
                 .iter()
-                .position(|e| identity(&e.file.record) == name && e.file.record.device == *device);
+                .position(|e| identity(&e.file.record) == own && e.file.record.device == *device);
             match same {
                 None => entries.push(entry),
                 Some(at) if entry.file.key.is_some() && entries[at].file.key == entry.file.key => {
@@ -156,7 +162,7 @@ pub fn merge(mut sources: Vec<Source>, order: &[Identity]) -> Result<Merged, Mer
                     let problem = format!(
                         "cell {} stands in an earlier folder too, measured on the same device ({device}) with \
                          other software, processor, data or settings",
-                        name.join(" ")
+                        in_words(&own)
                     );
                     return Err(refuse(&source.folder, problem));
                 }

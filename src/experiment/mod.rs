@@ -14,6 +14,7 @@ pub mod record;
 pub mod results;
 pub mod runner;
 pub mod shard;
+pub mod skipping;
 pub mod stage;
 pub mod target;
 pub mod volumes;

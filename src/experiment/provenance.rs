@@ -122,6 +122,9 @@ pub struct RefusedCell {
     pub renderer: String,
     /// Scene name.
     pub scene: String,
+    /// Whether empty macrocells were to be skipped.
+    #[serde(default)]
+    pub skipping: bool,
     /// Why.
     pub reason: String,
 }

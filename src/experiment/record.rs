@@ -28,7 +28,7 @@ pub struct Record {
     pub site: String,
     /// Filter.
     pub filter: String,
-    /// Renderer.
+    /// Renderer: its id, with the settings that differ from the defaults.
     pub renderer: String,
     /// Scene name.
     pub scene: String,
@@ -109,6 +109,20 @@ pub struct Record {
     /// Bytes on the device while it decodes that frame: those of `resident_bytes`, scratch buffers, and the buffer
     /// through which texels go into the texture. Staging for uploads is not counted.
     pub device_decode_bytes: Option<u64>,
+    /// Whether empty macrocells are skipped. The columns that follow are those of such cells.
+    #[serde(default)]
+    pub skipping: bool,
+    /// What skipping gains: median of the paired ratio of the frame time without it to that with it.
+    pub skipping_gain: Option<f64>,
+    /// Interquartile range of that ratio.
+    pub skipping_gain_iqr: Option<f64>,
+    /// Share of macrocells that show nothing in this scene, `0.0..=1.0`.
+    pub empty_macrocells: Option<f64>,
+    /// Pixels in which the picture differs, in any bit, from that without skipping; any fails the cell.
+    pub skipping_mismatches: Option<u64>,
+    /// Wall seconds on the CPU to decode the first frame macrocell by macrocell for the ranges of its values, once per
+    /// volume, codec and settings. No frame time holds it.
+    pub macrocell_seconds: Option<f64>,
 }
 
 /// Spread (interquartile range over median) of the paired ratio above which a frame time is flagged: the middle half
@@ -132,6 +146,15 @@ impl Record {
         }
         if let Some(baseline) = baseline {
             self.remark(&format!("baseline of the frame time: {baseline}"));
+        }
+    }
+
+    /// Remarks on slices that are summed in half precision although the cell asked for single.
+    pub fn flag_blending(&mut self, in_half: bool) {
+        if in_half {
+            self.remark(
+                "the device cannot blend single precision: slices are summed in half precision, in the baseline too",
+            );
         }
     }
 
@@ -187,5 +210,10 @@ mod tests {
         let expected = "single-precision textures cannot be filtered: the shader filters; baseline of the frame time: \
                         single-precision textures cannot be filtered: the shader filters";
         assert_eq!(record.notes.as_deref(), Some(expected));
+        let mut record = Record::default();
+        record.flag_blending(false);
+        assert_eq!(record.notes, None);
+        record.flag_blending(true);
+        assert!(record.notes.unwrap().contains("half precision"));
     }
 }

@@ -169,7 +169,7 @@ pub(crate) mod tests {
                 .starts_with("volume,codec,settings,site,filter,renderer,scene,device,driver,status,error,")
         );
         assert!(
-            header.ends_with(",replaced_samples,notes,device_decode_ms,device_decode_bytes\n")
+            header.ends_with(",empty_macrocells,skipping_mismatches,macrocell_seconds\n")
                 && header.lines().count() == 1
         );
         assert!(to_csv(&[record("v", "raw")]).unwrap().starts_with(&header));

@@ -187,6 +187,7 @@ fn refused_cell(refusal: &Refusal) -> RefusedCell {
         filter: cell.filter.name().to_owned(),
         renderer: cell.renderer.clone(),
         scene: cell.scene.clone(),
+        skipping: cell.skipping,
         reason: reason.to_string(),
     }
 }

@@ -79,6 +79,7 @@ mod tests {
                         renderer: "r".to_owned(),
                         site,
                         filter: Filter::Linear,
+                        skipping: false,
                     });
                 }
             }

@@ -114,7 +114,7 @@ impl<'a> Stage<'a> {
         self.target
     }
 
-    /// The view under a filter.
+    /// The view under a filter; nothing is skipped in it.
     ///
     /// # Errors
     /// When the scene's transfer function has no meaning over the volume's range.
@@ -122,16 +122,15 @@ impl<'a> Stage<'a> {
         self.scene.view(self.range, filter).map_err(|e| e.to_string())
     }
 
-    /// Prepares a picture of the stage.
+    /// Prepares a picture of a view of the stage.
     ///
     /// # Errors
     /// When the target refuses.
-    pub fn picture<'b>(&self, filter: Filter, voxels: &VoxelSource<'b>) -> Result<Picture<'b>, String>
+    pub fn picture<'b>(&self, view: &View, voxels: &VoxelSource<'b>) -> Result<Picture<'b>, String>
     where
         'a: 'b,
     {
-        let view = self.view(filter)?;
-        self.target.picture(self.renderer, &view, voxels).map_err(|e| e.to_string())
+        self.target.picture(self.renderer, view, voxels).map_err(|e| e.to_string())
     }
 
     /// Raw's picture under a site and filter, drawn once. Optimised linear is linear in another way, which raw
@@ -143,7 +142,7 @@ impl<'a> Stage<'a> {
         let filter = if filter == Filter::OptimisedLinear { Filter::Linear } else { filter };
         if !self.raw_images.contains_key(&(site, filter)) {
             let voxels = self.raw.at(self.target, site).map_err(|e| e.to_string())?;
-            let picture = self.picture(filter, &voxels)?;
+            let picture = self.picture(&self.view(filter)?, &voxels)?;
             let image = picture.image().map_err(|e| e.to_string())?;
             self.raw_images.insert((site, filter), image);
         }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cvr_core::codec::{Decoder, Site};
-use cvr_core::render::{DecodedFrame, DecoderVoxels, Image, RenderError, Renderer, View};
+use cvr_core::render::{
+    Blending, DecodedFrame, DecoderVoxels, Image, Pass, RasterPass, RenderError, Renderer, View,
+};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::FrameTime;
@@ -150,7 +152,15 @@ impl Target {
             Self::Cpu { .. } => None,
             Self::Device(_) => voxels.decoded.texture().and_then(|texture| texture.choice().fallback),
         };
-        Ok(Picture { kind, fallback })
+        let asked_for_single = plan
+            .passes
+            .iter()
+            .any(|pass| matches!(pass, Pass::Raster(RasterPass { blending: Blending::Float32, .. })));
+        let blends_in_half = match &kind {
+            Kind::Device(drawing) => asked_for_single && drawing.blending() == Some(Blending::Float16),
+            Kind::Mirror { .. } => false,
+        };
+        Ok(Picture { kind, fallback, blends_in_half })
     }
 }
 
@@ -218,6 +228,7 @@ impl VoxelSource<'_> {
 pub struct Picture<'a> {
     kind: Kind<'a>,
     fallback: Option<TextureFallback>,
+    blends_in_half: bool,
 }
 
 #[derive(Debug)]
@@ -285,6 +296,12 @@ impl Picture<'_> {
     #[must_use]
     pub const fn fallback(&self) -> Option<TextureFallback> {
         self.fallback
+    }
+
+    /// Whether slices are summed in half precision although single was asked for.
+    #[must_use]
+    pub const fn blends_in_half(&self) -> bool {
+        self.blends_in_half
     }
 
     fn mirror(&self) -> Result<Image, DrawError> {

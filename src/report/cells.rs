@@ -52,7 +52,7 @@ pub(super) enum Baseline {
 impl Baseline {
     /// Which baseline a cell is, if any.
     pub(super) fn of(record: &Record) -> Option<Self> {
-        if record.codec != "raw" || record.filter != "linear" {
+        if record.codec != "raw" || record.filter != "linear" || record.skipping {
             return None;
         }
         match (record.site.as_str(), record.filtering.as_deref()) {
@@ -92,9 +92,10 @@ pub(super) fn codec_name(record: &Record) -> String {
     [record.codec.as_str(), record.settings.as_str()].join(" ").trim_end().to_owned()
 }
 
-/// Codec, settings, site and filter.
+/// Codec, settings, site and filter, and whether it skips.
 pub(super) fn cell_name(record: &Record) -> String {
-    format!("{}, {}, {}", codec_name(record), record.site, record.filter)
+    let skipping = if record.skipping { ", skipping" } else { "" };
+    format!("{}, {}, {}{skipping}", codec_name(record), record.site, record.filter)
 }
 
 /// Order of sites where one has to stand for all: they draw the same values.
@@ -121,6 +122,9 @@ mod tests {
         assert_eq!(cell("raw", "inline", "linear", "manual"), Some(Baseline::Buffer));
         assert_eq!(cell("raw", "host", "linear", "manual"), None);
         assert_eq!(cell("raw", "inline", "nearest", "manual"), None);
+        let skips =
+            Record { site: "inline".into(), filter: "linear".into(), skipping: true, ..record("v", "raw") };
+        assert_eq!(Baseline::of(&skips), None);
         assert_eq!(cell("s3dc", "inline", "linear", "manual"), None);
     }
 }

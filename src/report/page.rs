@@ -138,7 +138,11 @@ fn volume_values(v: &VolumeProvenance) -> Value {
 }
 
 fn refused_values(cell: &RefusedCell) -> Value {
-    let RefusedCell { volume, codec, settings, site, filter, renderer, scene, reason } = cell.clone();
+    let RefusedCell { volume, codec, settings, site, mut filter, renderer, scene, skipping, reason } =
+        cell.clone();
+    if skipping {
+        filter += ", skipping";
+    }
     let cells = vec![volume, codec, settings, site, filter, renderer, scene, reason];
     Value::from(cells)
 }

@@ -92,7 +92,23 @@ fn rates(records: &[Record]) -> Vec<Value> {
         .collect()
 }
 
-/// Up to four sentences on speed, pictures and failures.
+/// What skipping gains, over the cells that skip; `None` where none was timed.
+fn skipping(records: &[Record]) -> Option<String> {
+    let gains: Vec<f64> = records.iter().filter(|r| ok(r)).filter_map(|r| r.skipping_gain).collect();
+    let least = gains.iter().copied().reduce(f64::min)?;
+    let most = gains.iter().copied().reduce(f64::max)?;
+    let slower = gains.iter().filter(|gain| **gain < 1.0).count();
+    Some(format!(
+        "Skipping empty macrocells makes the frames of {} cells {} × as fast (median; {} to {}), {slower} of them slower; \
+         no picture differs in any bit from the one without.",
+        gains.len(),
+        short(median(gains.clone())),
+        short(Some(least)),
+        short(Some(most)),
+    ))
+}
+
+/// Up to five sentences on speed, pictures and failures.
 fn sentences(records: &[Record]) -> Vec<String> {
     let mut out = Vec::new();
     let times = |wanted: fn(&Record) -> bool| {
@@ -135,6 +151,7 @@ fn sentences(records: &[Record]) -> Vec<String> {
             r.resident_bytes.map_or_else(String::new, |b| format!(", {} in device memory", bytes(Some(b))))
         ));
     }
+    out.extend(skipping(records));
     let failed: Vec<&Record> = records.iter().filter(|r| !ok(r)).collect();
     if let Some(first) = failed.first() {
         out.push(format!(

@@ -40,7 +40,7 @@ fn count(n: Option<u64>) -> String {
 }
 
 /// Columns in reading order: what the cell is, then size, voxels, picture, speed, and the rest.
-const COLUMNS: [Column; 42] = [
+const COLUMNS: [Column; 48] = [
     text("volume", "volume", |r| r.volume.clone()),
     text("codec", "codec", |r| r.codec.clone()),
     text("settings", "settings", |r| r.settings.clone()),
@@ -77,6 +77,14 @@ const COLUMNS: [Column; 42] = [
     })),
     secondary(number("device_decode_ms", "decode on the device, ms", |r| short(r.device_decode_ms))),
     secondary(number("device_decode_bytes", "on the device meanwhile", |r| bytes(r.device_decode_bytes))),
+    text("skipping", "skipping", |r| if r.skipping { "yes" } else { "no" }.to_owned()),
+    number("skipping_gain", "gain of skipping", |r| short(r.skipping_gain)),
+    secondary(number("skipping_gain_iqr", "its IQR", |r| short(r.skipping_gain_iqr))),
+    secondary(number("empty_macrocells", "empty macrocells", |r| fixed(r.empty_macrocells, 3))),
+    secondary(number("skipping_mismatches", "pixels that skipping changes", |r| {
+        count(r.skipping_mismatches)
+    })),
+    secondary(number("macrocell_seconds", "ranges of macrocells, s", |r| short(r.macrocell_seconds))),
     secondary(number("voxels", "voxels", |r| r.voxels.to_string())),
     secondary(number("frames", "frames", |r| r.frames.to_string())),
     secondary(number("parity_mismatches", "parity mismatches", |r| count(r.parity_mismatches))),

@@ -152,6 +152,7 @@ fn sample(dir: &Path) -> (Provenance, Vec<Record>, Vec<RefusedCell>) {
         filter: "optimised-linear".into(),
         renderer: "raycasting".into(),
         scene: "front".into(),
+        skipping: false,
         reason: "codec raw offers no fetch of a whole cell".into(),
     }];
     (provenance, records, refused)

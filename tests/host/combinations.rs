@@ -76,6 +76,7 @@ pub fn everything(names: &Names) -> Experiment {
             renderers: renderers().iter().map(|r| r.info().id.to_owned()).collect(),
             sites: Site::ALL.to_vec(),
             filters: Filter::ALL.to_vec(),
+            skipping: vec![false],
         },
         ..experiment
     }

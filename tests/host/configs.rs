@@ -39,7 +39,13 @@ fn every_configuration_resolves() {
         assert_eq!(experiment.name, name, "an experiment bears the name of its file");
         counts.push((name, resolution.cells.len(), resolution.refused.len()));
     }
-    let expected = [("compare", 60, 0), ("quickstart", 34, 11), ("s3dc-table1", 42, 0), ("vq", 24, 0)];
+    let expected = [
+        ("compare", 60, 0),
+        ("quickstart", 34, 11),
+        ("s3dc-table1", 42, 0),
+        ("skipping", 96, 0),
+        ("vq", 24, 0),
+    ];
     assert_eq!(counts, expected.map(|(name, cells, refused)| (name.to_owned(), cells, refused)));
 }
 

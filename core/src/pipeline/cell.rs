@@ -14,19 +14,22 @@ pub struct Cell {
     pub settings: Settings,
     /// Scene name.
     pub scene: String,
-    /// Renderer id.
+    /// Label of the renderer: its id, with the settings that differ from the defaults.
     pub renderer: String,
     /// Decode site.
     pub site: Site,
     /// Filter.
     pub filter: Filter,
+    /// Whether empty macrocells are skipped.
+    pub skipping: bool,
 }
 
 impl Cell {
     /// Longest [`Cell::id`] in bytes: it leaves room for endings within the 255 of common file systems.
     pub const MAX_ID_BYTES: usize = 200;
 
-    /// A name for files and for resuming: `bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-linear`.
+    /// A name for files and for resuming: `bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-linear`, and
+    /// `-skipping` where it is so.
     ///
     /// It has only letters, digits and `._=,-`, depends on the cell alone, and differs between different cells:
     /// where a name had to be changed, holds a `-` (which could blur the borders) or is too long, a checksum of
@@ -36,7 +39,9 @@ impl Cell {
         let settings: Vec<String> = self.settings.iter().map(|(n, v)| format!("{n}={v}")).collect();
         let settings = settings.join(",");
         let (site, filter) = (self.site.name(), self.filter.name());
-        let parts = [&self.volume, &self.codec, &settings, &self.scene, &self.renderer, site, filter];
+        let mut parts =
+            vec![&*self.volume, &*self.codec, &*settings, &*self.scene, &*self.renderer, site, filter];
+        parts.extend(self.skipping.then_some("skipping"));
         let is_safe = |c: char| c.is_ascii_alphanumeric() || "._=,-".contains(c);
         let written: Vec<&str> = parts.iter().copied().filter(|p| !p.is_empty()).collect();
         let mut id: String = written.join("-").chars().map(|c| if is_safe(c) { c } else { '_' }).collect();

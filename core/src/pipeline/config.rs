@@ -1,11 +1,12 @@
 //! A checked experiment, apart from its scenes.
 
 use super::{FilePath, Scene};
-use crate::codec::{SettingValue, Site};
+use crate::codec::{SettingValue, Settings, Site};
 use crate::render::Filter;
 use crate::volume::{Extent, SampleType, StoredType};
 
-/// An experiment: volumes × codecs and their settings × scenes × renderers × sites × filters.
+/// An experiment: volumes × codecs and their settings × scenes × renderers × sites × filters ×
+/// skipping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
     /// Name, for reports and folders.
@@ -137,15 +138,33 @@ pub struct Sweep {
     pub values: Vec<SettingValue>,
 }
 
+impl Sweep {
+    /// Every combination of the values, the first sweep slowest; without sweeps one, of no settings.
+    #[must_use]
+    pub fn combinations(sweeps: &[Self]) -> Vec<Settings> {
+        sweeps.iter().fold(vec![Settings::default()], |combinations, Self { name, values }| {
+            let with = |settings: &Settings, value: &SettingValue| {
+                let mut settings = settings.clone();
+                settings.set(name, value.clone());
+                settings
+            };
+            combinations.iter().flat_map(|s| values.iter().map(move |v| with(s, v))).collect()
+        })
+    }
+}
+
 /// How pictures are made; each list has at least one member and no member twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PipelineAxes {
-    /// Renderer ids.
+    /// Labels of renderers ([`crate::render::RendererInfo::label`]): ids, with the settings that differ from the
+    /// defaults.
     pub renderers: Vec<String>,
     /// Decode sites.
     pub sites: Vec<Site>,
     /// Filters.
     pub filters: Vec<Filter>,
+    /// Whether empty macrocells are skipped; default only `false`.
+    pub skipping: Vec<bool>,
 }
 
 /// No scene applies to a volume.

@@ -30,6 +30,13 @@ impl Node {
         }
     }
 
+    pub fn boolean(&self) -> Result<bool, Diagnostic> {
+        match self.value {
+            Value::Boolean(b) => Ok(b),
+            _ => Err(self.wrong_type("true or false")),
+        }
+    }
+
     pub fn list(&self, expected: &str) -> Result<&[Self], Diagnostic> {
         match &self.value {
             Value::List(items) => Ok(items),
@@ -67,7 +74,7 @@ impl Node {
         if number.is_finite() && allowed(number) { Ok(number) } else { Err(self.not_allowed(expected)) }
     }
 
-    /// One word, or a list of words without repetition, each of which `item` accepts.
+    /// One value, or a list of values without repetition, each of which `item` accepts.
     pub fn one_or_many<T: PartialEq>(
         &self,
         what: &str,
@@ -82,7 +89,8 @@ impl Node {
         for node in nodes {
             let value = item(node)?;
             if let Some(first) = items.iter().position(|i| *i == value) {
-                let message = format!("{what} `{}` is listed twice", node.text().unwrap_or_default());
+                let message =
+                    format!("{what} `{}` is listed twice", node.text().unwrap_or(node.place.text()));
                 return Err(node
                     .error(message, "again")
                     .with_secondary(nodes[first].place.clone(), "first")

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::fmt;
 
-use super::{Cell, CodecSweep, Experiment, Known, Sweep};
+use super::{Cell, CodecSweep, Experiment, Known, PipelineAxes, Sweep};
 use crate::codec::{CodecInfo, Settings, Site};
 use crate::render::Filter;
 
@@ -17,8 +17,8 @@ pub struct Capabilities {
 /// An experiment, multiplied out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Resolution {
-    /// The cells to run, each once: by volume, codec, settings, scene, renderer, site and filter, each in the
-    /// order of the configuration.
+    /// The cells to run, each once: by volume, codec, settings, scene, renderer, site, filter and skipping,
+    /// each in the order of the configuration.
     pub cells: Vec<Cell>,
     /// The combinations that cannot run, in the same order.
     pub refused: Vec<Refusal>,
@@ -103,7 +103,7 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
     for volume in &experiment.volumes {
         for codec in &codecs {
             for scene in experiment.scenes_of(&volume.name) {
-                for (renderer, site, filter) in axes(experiment) {
+                for Axes { renderer, site, filter, skipping } in axes(experiment) {
                     let cell = Cell {
                         volume: volume.name.clone(),
                         codec: codec.id.clone(),
@@ -112,6 +112,7 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
                         renderer: renderer.to_owned(),
                         site,
                         filter,
+                        skipping,
                     };
                     let repeated = (!seen.insert(cell.id())).then_some(Reason::Repeated);
                     let reason = repeated
@@ -152,25 +153,26 @@ fn settings_of<'a>(sweep: &CodecSweep, known: &Known<'a>) -> Vec<ResolvedCodec<'
         let info = codec.as_ref().ok().map(|codec| codec.info());
         ResolvedCodec { id: sweep.id.clone(), settings, info, problem }
     };
-    let mut combinations = vec![Settings::default()];
-    for Sweep { name, values } in &sweep.sweeps {
-        let with = |settings: &Settings, value| {
-            let mut settings = settings.clone();
-            settings.set(name, value);
-            settings
-        };
-        combinations =
-            combinations.iter().flat_map(|s| values.iter().map(move |v| with(s, v.clone()))).collect();
-    }
-    combinations.into_iter().map(resolved).collect()
+    Sweep::combinations(&sweep.sweeps).into_iter().map(resolved).collect()
 }
 
-fn axes(experiment: &Experiment) -> impl Iterator<Item = (&str, Site, Filter)> {
-    let axes = &experiment.pipeline;
-    axes.renderers.iter().flat_map(move |renderer| {
-        axes.sites
-            .iter()
-            .flat_map(move |&site| axes.filters.iter().map(move |&filter| (renderer.as_str(), site, filter)))
+/// One combination of the pipeline's axes.
+#[derive(Copy, Clone)]
+struct Axes<'a> {
+    renderer: &'a str,
+    site: Site,
+    filter: Filter,
+    skipping: bool,
+}
+
+fn axes(experiment: &Experiment) -> impl Iterator<Item = Axes<'_>> {
+    let PipelineAxes { renderers, sites, filters, skipping } = &experiment.pipeline;
+    renderers.iter().flat_map(move |renderer| {
+        sites.iter().flat_map(move |&site| {
+            filters.iter().flat_map(move |&filter| {
+                skipping.iter().map(move |&skipping| Axes { renderer, site, filter, skipping })
+            })
+        })
     })
 }
 

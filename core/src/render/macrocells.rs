@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::TransferFunction;
-use crate::codec::{Agreement, DecodeError, Decoder, ShaderDecode};
+use crate::codec::{Agreement, DecodeError, DecodedForm, Decoder, ShaderDecode, TexelFormat};
 use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region, ValueRange};
 
 /// Lowest and highest *decoded* value of every macrocell of a frame at a level, its apron of one voxel included: what
@@ -14,7 +14,7 @@ use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region, V
 #[derive(Clone, Debug, PartialEq)]
 pub struct MacrocellRanges {
     grid: Extent,
-    /// `None` where a value is not finite: nothing can be said of that cell.
+    /// `None` where a value is not finite: nothing can be said of that macrocell.
     ranges: Vec<Option<ValueRange>>,
 }
 
@@ -40,11 +40,7 @@ impl MacrocellRanges {
         let layout = decoder.layout();
         let extent = layout.extent.at_resolution(level.resolution);
         let grid = extent.blocks_of(Macrocells::SIZE);
-        // A shader may differ from the decoder by what the codec states.
-        let slack = match decoder.shader().map(ShaderDecode::agreement) {
-            Some(Agreement::Ulp(n)) => f64::from(n),
-            Some(Agreement::Exact) | None => 0.0,
-        };
+        let slack = Slack::of(decoder);
         let range_of = |cell: usize| {
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
@@ -52,13 +48,26 @@ impl MacrocellRanges {
             // Between voxel centres, and over its faces, a trilinear filter reads one voxel beyond the macrocell.
             let region = Region::block(grid.position(cell), Macrocells::SIZE, extent).with_apron(1, extent);
             let mut values = vec![0.0; region.extent.voxels() as usize * layout.channels as usize];
-            decoder.decode_brick(BrickKey { frame, region, level }, &NoReferences, &mut values)?;
-            Ok(range_of(&values).map(|range| widened(range, slack)))
+            let key = BrickKey { frame, region, level };
+            decoder.decode_brick(key, &NoReferences, &mut values)?;
+            Ok(range_of(&values).map(|range| slack.widened(range, decoder.value_range(key))))
         };
         let ranges: Result<Vec<_>, DecodeError> =
             (0..grid.voxels() as usize).into_par_iter().map(range_of).collect();
         let ranges = ranges?;
         Ok((!stop.load(Ordering::Relaxed)).then_some(Self { grid, ranges }))
+    }
+
+    /// Macrocells along x, y, z.
+    #[must_use]
+    pub const fn grid(&self) -> Extent {
+        self.grid
+    }
+
+    /// The range of a macrocell; `None` where a decoded value is not finite.
+    #[must_use]
+    pub fn range(&self, cell: [u32; 3]) -> Option<ValueRange> {
+        self.ranges[self.grid.index(cell)]
     }
 
     /// What a transfer function leaves of them.
@@ -117,9 +126,50 @@ fn range_of(values: &[f32]) -> Option<ValueRange> {
     })
 }
 
-/// By the codec's slack, and by what interpolating between such values may round.
-fn widened(range: ValueRange, slack_ulps: f64) -> ValueRange {
-    const INTERPOLATION_ULPS: f64 = 16.0;
-    let by = (slack_ulps + INTERPOLATION_ULPS) * range.ulp();
-    ValueRange { min: (f64::from(range.min) - by) as f32, max: (f64::from(range.max) + by) as f32 }
+/// By how much a sample on a device may lie beyond what the decoder yields. Zeros are exact everywhere: air that is 0
+/// stays so, or a transfer function that begins at 0 would never let anything be skipped.
+#[derive(Copy, Clone, Debug)]
+struct Slack {
+    /// What the codec states of its shader, in units in the last place of the decoder's range.
+    shader_ulps: f64,
+    /// Value of texel 0, where texels are shares of a range.
+    texel_offset: Option<f32>,
 }
+
+impl Slack {
+    /// Interpolation between values, in units in the last place of the largest of them: three differences, products
+    /// and sums.
+    const INTERPOLATION_ULPS: f64 = 16.0;
+    /// Turning a texel into a number from 0 to 1, scaling it and adding the offset, in units in the last place of the
+    /// largest number in between.
+    const TEXEL_ULPS: f64 = 8.0;
+
+    fn of(decoder: &dyn Decoder) -> Self {
+        let shader_ulps = match decoder.shader().map(ShaderDecode::agreement) {
+            Some(Agreement::Ulp(n)) => f64::from(n),
+            Some(Agreement::Exact) | None => 0.0,
+        };
+        let DecodedForm { format, offset, .. } = decoder.decoded_form();
+        let texel_offset = match format {
+            TexelFormat::Float16 | TexelFormat::Float32 => None,
+            TexelFormat::Unorm8 | TexelFormat::Unorm16 => Some(offset),
+        };
+        Self { shader_ulps, texel_offset }
+    }
+
+    /// `range` of the values of a macrocell, in which the codec knows them to lie within `known`.
+    fn widened(self, range: ValueRange, known: Option<ValueRange>) -> ValueRange {
+        let ulp = |range: ValueRange| if range.magnitude() > 0.0 { range.ulp() } else { 0.0 };
+        let stated = known.map_or(range, |known| known.union(range));
+        let texel = self.texel_offset.map_or(0.0, |offset| {
+            let scaled = ValueRange { min: range.min - offset, max: range.max - offset };
+            ulp(scaled.union(range))
+        });
+        let by =
+            self.shader_ulps * ulp(stated) + Self::INTERPOLATION_ULPS * ulp(range) + Self::TEXEL_ULPS * texel;
+        ValueRange { min: (f64::from(range.min) - by) as f32, max: (f64::from(range.max) + by) as f32 }
+    }
+}
+
+#[cfg(test)]
+mod tests;

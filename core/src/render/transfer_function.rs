@@ -105,19 +105,22 @@ impl TransferFunction {
         std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
     }
 
-    /// Whether no value of `range` shows anything. It errs towards showing: an entry on each side counts along.
+    /// Whether no value of `range` shows anything. It errs towards showing: an entry on each side counts along, for what
+    /// rounding may do to the position. Beyond the ends of the domain there is but one entry, whatever is rounded.
     #[must_use]
     pub fn is_transparent(&self, range: ValueRange) -> bool {
-        let last = (Self::ENTRIES - 1) as f32;
-        let at = |value: f32| ((value - self.points[0].value) * self.scale).clamp(0.0, last);
+        const LAST: usize = TransferFunction::ENTRIES - 1;
+        // Positions are off by less than this, in entries; which side of the first point a value lies on is exact.
+        const ROUNDING: f32 = 0.01;
+        let at = |value: f32| (value - self.points[0].value) * self.scale;
         let (low, high) = (at(range.min), at(range.max));
         // A position that is no number says nothing.
         if low.is_nan() || high.is_nan() {
             return false;
         }
-        let first = (low as usize).saturating_sub(1);
-        let end = (high as usize + 2).min(Self::ENTRIES - 1);
-        self.table[first..=end].iter().all(|entry| entry[3] <= 0.0)
+        let first = if low >= LAST as f32 + ROUNDING { LAST } else { (low as usize).saturating_sub(1) };
+        let end = if high <= 0.0 { 0 } else { (high as usize).saturating_add(2).min(LAST) };
+        self.table[first.min(end)..=end].iter().all(|entry| entry[3] <= 0.0)
     }
 
     /// The piecewise linear function itself.
@@ -158,6 +161,21 @@ mod tests {
         assert!(transparent(-50.0, 9.9) && transparent(3.0, 3.0));
         assert!(!transparent(3.0, 10.1) && !transparent(10.5, 99.0) && !transparent(12.0, 13.0));
         assert!(!transparent(f32::NAN, 1.0));
+        assert!(transparent(f32::MIN, -1.0) && !transparent(f32::MIN, f32::MAX));
+    }
+
+    /// Most transfer functions begin where something begins to show, and the air lies below.
+    #[test]
+    fn beyond_its_ends_a_function_is_what_it_is_there() {
+        let window =
+            TransferFunction::new(vec![point(10.0, 0.0), point(11.0, 1.0), point(12.0, 0.0)]).unwrap();
+        let transparent = |min, max| window.is_transparent(ValueRange { min, max });
+        assert!(transparent(-50.0, 9.9) && transparent(0.0, 10.0) && transparent(12.1, 900.0));
+        assert!(!transparent(0.0, 10.0_f32.next_up()) && !transparent(11.99, 900.0));
+        assert!(!transparent(12.0_f32.next_down(), 900.0) && !transparent(0.0, 900.0));
+        let ends = TransferFunction::new(vec![point(10.0, 0.5), point(11.0, 0.0), point(12.0, 0.5)]).unwrap();
+        let transparent = |min, max| ends.is_transparent(ValueRange { min, max });
+        assert!(!transparent(-50.0, -20.0) && !transparent(20.0, 50.0) && !transparent(10.9, 11.1));
     }
 
     #[test]

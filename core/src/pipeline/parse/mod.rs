@@ -3,6 +3,7 @@
 mod codec;
 mod pipeline;
 mod scene;
+mod settings;
 mod volume;
 
 pub(super) use scene::SCENE_KEYS;

@@ -1,27 +1,89 @@
-//! `[pipeline]`
+//! `[pipeline]`: axes that every renderer has, and settings of the renderers that are named.
 
-use super::super::config::PipelineAxes;
-use super::super::document::Node;
+use super::super::config::{PipelineAxes, Sweep};
+use super::super::document::{Entry, Node};
 use super::super::read::Fields;
-use super::Known;
-use crate::codec::Site;
+use super::{Known, settings};
+use crate::codec::{Setting, Site};
 use crate::diagnostic::Diagnostic;
-use crate::render::Filter;
+use crate::render::{Filter, RendererInfo};
+
+/// Keys whatever the renderer.
+const KEYS: [&str; 4] = ["renderer", "site", "filter", "skipping"];
 
 pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<PipelineAxes, Diagnostic> {
-    let fields = Fields::of("the pipeline", node, &["renderer", "site", "filter"])?;
-    let renderers: Vec<(&str, String)> = known.renderers.iter().map(|r| (r.id, r.id.to_owned())).collect();
+    let fields = Fields::open("the pipeline", node)?;
+    let named = match fields.get("renderer") {
+        Some(node) => named(node, known)?,
+        // Which renderer is meant, that must be said first; unless its key is mistyped.
+        None => known.renderers.to_vec(),
+    };
+    check_keys(&fields, &named, known)?;
+    fields.require("renderer", "renderer = [\"raycasting\"]")?;
+    let mut renderers = Vec::new();
+    for info in named {
+        for label in labels(&fields, info)? {
+            if !renderers.contains(&label) {
+                renderers.push(label);
+            }
+        }
+    }
     let sites = Site::ALL.map(|site| (site.name(), site));
     let filters = Filter::ALL.map(|filter| (filter.name(), filter));
+    let skipping = fields.optional("skipping", |n| n.one_or_many("value of skipping", Node::boolean))?;
     Ok(PipelineAxes {
-        renderers: fields
-            .require("renderer", "renderer = [\"raycasting\"]")?
-            .one_or_many("renderer", |n| n.one_of("renderer", &renderers))?,
+        renderers,
         sites: fields
             .require("site", "site = [\"inline\", \"host\"]")?
             .one_or_many("site", |n| n.one_of("site", &sites))?,
         filters: fields
             .require("filter", "filter = [\"nearest\", \"linear\"]")?
             .one_or_many("filter", |n| n.one_of("filter", &filters))?,
+        skipping: skipping.unwrap_or_else(|| vec![false]),
     })
+}
+
+/// The renderers of the key `renderer`.
+fn named(node: &Node, known: &Known<'_>) -> Result<Vec<&'static RendererInfo>, Diagnostic> {
+    let ids: Vec<(&str, &str)> = known.renderers.iter().map(|info| (info.id, info.id)).collect();
+    let named = node.one_or_many("renderer", |n| n.one_of("renderer", &ids))?;
+    let is_named = |id: &str| known.renderers.iter().copied().find(|info| info.id == id);
+    Ok(named.into_iter().filter_map(is_named).collect())
+}
+
+/// Refuses the first key that neither the pipeline nor a named renderer has.
+fn check_keys(
+    fields: &Fields<'_>,
+    named: &[&'static RendererInfo],
+    known: &Known<'_>,
+) -> Result<(), Diagnostic> {
+    let mut keys = KEYS.to_vec();
+    for setting in named.iter().flat_map(|info| info.settings) {
+        if !keys.contains(&setting.name) {
+            keys.push(setting.name);
+        }
+    }
+    let Some(entry) = fields.entries().iter().find(|entry| !keys.contains(&entry.key.as_str())) else {
+        return Ok(());
+    };
+    let mut error = fields.unknown_key(entry, &keys);
+    let others = known.renderers.iter().filter(|info| setting_of(info, entry).is_some());
+    for info in others {
+        error = error.with_note(format!("renderer `{}` has it, and is not named in `renderer`", info.id));
+    }
+    Err(error)
+}
+
+fn setting_of<'a>(info: &'a RendererInfo, entry: &Entry) -> Option<&'a Setting> {
+    info.settings.iter().find(|setting| setting.name == entry.key)
+}
+
+/// The labels of a renderer under all values of those of its settings that are written.
+fn labels(fields: &Fields<'_>, info: &RendererInfo) -> Result<Vec<String>, Diagnostic> {
+    let owner = format!("renderer `{}`", info.id);
+    let written = fields.entries().iter().filter_map(|entry| Some((entry, setting_of(info, entry)?)));
+    let sweeps = written.map(|(entry, setting)| settings::sweep(entry, setting, &owner));
+    let sweeps: Vec<Sweep> = sweeps.collect::<Result<_, _>>()?;
+    let label = |settings| info.label(&settings).map_err(|e| fields.error(e.to_string(), "in this table"));
+    Sweep::combinations(&sweeps).into_iter().map(label).collect()
 }

@@ -20,6 +20,7 @@ fn the_example_reads_as_it_stands() {
     assert_eq!(block.values, ["4", "8", "8x8x4"].map(|v| SettingValue::Text(v.to_owned())));
     assert_eq!(bits.values, [SettingValue::Integer(2), SettingValue::Integer(4)]);
     assert_eq!(experiment.pipeline.filters, [Filter::Nearest, Filter::Linear]);
+    assert_eq!(experiment.pipeline.skipping, [false], "nothing is skipped unless it is asked for");
     let scene = experiment.scene("front").unwrap();
     assert_eq!(scene.camera, Camera::default());
     assert_eq!(scene.control_points[1].rgba, [61.0, 122.0, 42.0, 32.0].map(|c| c / 255.0));
@@ -42,6 +43,25 @@ fn little_needs_to_be_written() {
     assert_eq!(experiment.volumes[0].source, expected);
     assert_eq!((experiment.seed, experiment.scenes[0].size), (0, [256, 256]));
     assert_eq!(experiment.scenes[0].control_points[0].rgba[3], 1.0, "six digits are opaque");
+}
+
+#[test]
+fn settings_belong_to_the_renderers_that_have_them() {
+    let pipeline = |set: &[&str]| read(EXAMPLE, set).unwrap().pipeline;
+    let both = "pipeline.renderer=[\"raycasting\", \"slicing\"]";
+    let geometry = "pipeline.geometry=[\"planes\", \"axis\"]";
+    assert_eq!(pipeline(&[both]).renderers, ["raycasting", "slicing"]);
+    assert_eq!(pipeline(&[both, geometry]).renderers, ["raycasting", "slicing", "slicing,geometry=axis"]);
+    let renderers = pipeline(&["pipeline.renderer=slicing", "pipeline.layers=[2, 1]", geometry]).renderers;
+    let expected = ["slicing,layers=2", "slicing,geometry=axis,layers=2", "slicing", "slicing,geometry=axis"];
+    assert_eq!(renderers, expected, "the first-written setting varies slowest");
+    let repeated = "pipeline.geometry=[\"axis\", \"planes\", \"axis\"]";
+    assert_eq!(
+        pipeline(&["pipeline.renderer=slicing", repeated]).renderers,
+        ["slicing,geometry=axis", "slicing"]
+    );
+    assert_eq!(pipeline(&["pipeline.skipping=true"]).skipping, [true]);
+    assert_eq!(pipeline(&["pipeline.skipping=[false, true]"]).skipping, [false, true]);
 }
 
 #[test]

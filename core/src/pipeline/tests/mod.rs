@@ -110,12 +110,20 @@ const RAYCASTING: RendererInfo = RendererInfo { id: "raycasting", summary: "", s
 const SLICING: RendererInfo = RendererInfo {
     id: "slicing",
     summary: "",
-    settings: &[Setting {
-        name: "geometry",
-        doc: "where slices lie",
-        kind: SettingKind::Choice(&["planes", "axis", "shells"]),
-        default: "planes",
-    }],
+    settings: &[
+        Setting {
+            name: "geometry",
+            doc: "where slices lie",
+            kind: SettingKind::Choice(&["planes", "axis", "shells"]),
+            default: "planes",
+        },
+        Setting {
+            name: "layers",
+            doc: "slices at once",
+            kind: SettingKind::Integer { min: 1, max: 9 },
+            default: "1",
+        },
+    ],
 };
 
 /// Reads a configuration with overrides; the error is the text that a user would see.

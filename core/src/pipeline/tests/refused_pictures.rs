@@ -75,6 +75,109 @@ fn pipelines() {
 }
 
 #[test]
+fn settings_of_renderers() {
+    const LINE: &str = "renderer = [\"raycasting\"]";
+    let text = errors(&[
+        (LINE, "renderer = \"slicing\"\ngeometry = \"shell\""),
+        (LINE, "renderer = \"slicing\"\nlayers = [1, 10]"),
+        (LINE, "renderer = \"slicing\"\ngeometry = []"),
+        (LINE, "renderer = [\"raycasting\", \"slicing\"]\ngeometri = \"axis\""),
+        (LINE, "renderer = \"raycasting\"\ngeometry = \"axis\""),
+        (LINE, "renderer = \"slicin\"\ngeometry = \"axis\""),
+        (LINE, "geometry = \"axis\""),
+        (LINE, "renderer = \"raycasting\"\nskipping = \"yes\""),
+        (LINE, "renderer = \"raycasting\"\nskipping = [true, false, true]"),
+        (LINE, "renderer = \"raycasting\"\nskipping = []"),
+    ]);
+    insta::assert_snapshot!(text, @r#"
+    error: `geometry` of renderer `slicing` cannot be `"shell"`
+       ┌─ x.toml:18:12
+       │
+    18 │ geometry = "shell"
+       │            ^^^^^^^ expected "planes", "axis" or "shells"
+       │
+       = geometry: where slices lie
+       = a list is a sweep: each of its values is tried
+
+    error: `layers` of renderer `slicing` cannot be `10`
+       ┌─ x.toml:18:14
+       │
+    18 │ layers = [1, 10]
+       │              ^^ expected an integer from 1 to 9
+       │
+       = layers: slices at once
+       = a list is a sweep: each of its values is tried
+
+    error: `geometry` lists no value to try
+       ┌─ x.toml:18:12
+       │
+    18 │ geometry = []
+       │            ^^ empty list
+       │
+       = leave the line away for the default, planes
+
+    error: the pipeline has no key `geometri`
+       ┌─ x.toml:18:1
+       │
+    18 │ geometri = "axis"
+       │ ^^^^^^^^ unknown key
+       │
+       = did you mean `geometry`?
+       = known keys: renderer, site, filter, skipping, geometry, layers
+
+    error: the pipeline has no key `geometry`
+       ┌─ x.toml:18:1
+       │
+    18 │ geometry = "axis"
+       │ ^^^^^^^^ unknown key
+       │
+       = known keys: renderer, site, filter, skipping
+       = renderer `slicing` has it, and is not named in `renderer`
+
+    error: no renderer is called `slicin`
+       ┌─ x.toml:17:12
+       │
+    17 │ renderer = "slicin"
+       │            ^^^^^^^^ unknown renderer
+       │
+       = did you mean `slicing`?
+       = known renderers: raycasting, slicing
+
+    error: the pipeline has no `renderer`
+       ┌─ x.toml:16:1
+       │
+    16 │ [pipeline]                          # the product of all of these, minus refused pairs (with the reason in the report)
+       │ ^^^^^^^^^^ missing here
+       │
+       = write, for instance, `renderer = ["raycasting"]`
+
+    error: expected true or false, found a string
+       ┌─ x.toml:18:12
+       │
+    18 │ skipping = "yes"
+       │            ^^^^^ expected true or false
+
+    error: value of skipping `true` is listed twice
+       ┌─ x.toml:18:26
+       │
+    18 │ skipping = [true, false, true]
+       │             ----         ^^^^ again
+       │             │
+       │             first
+       │
+       = each would be drawn once: remove one of the two
+
+    error: the list names no value of skipping
+       ┌─ x.toml:18:12
+       │
+    18 │ skipping = []
+       │            ^^ empty list
+       │
+       = name at least one value of skipping
+    "#);
+}
+
+#[test]
 fn scenes() {
     let text = errors(&[
         ("size = [256, 256]", "size = [256, 0]"),

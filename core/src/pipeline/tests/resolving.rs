@@ -55,6 +55,38 @@ fn cells_follow_the_order_of_the_file() {
 }
 
 #[test]
+fn skipping_and_settings_of_renderers_are_axes() {
+    let set = [
+        "pipeline.renderer=[\"raycasting\", \"slicing\"]",
+        "pipeline.geometry=[\"planes\", \"axis\"]",
+        "pipeline.skipping=[false, true]",
+        "pipeline.site=host",
+        "pipeline.filter=linear",
+        "codec.s3dc.block=4",
+        "codec.s3dc.index_bits=4",
+    ];
+    let resolution = resolved(EXAMPLE, &set, &Capabilities::default());
+    insta::assert_snapshot!(ids(&resolution), @r#"
+    bonsai-raw-bits=native-front-raycasting-host-linear
+    bonsai-raw-bits=native-front-raycasting-host-linear-skipping
+    bonsai-raw-bits=native-front-slicing-host-linear
+    bonsai-raw-bits=native-front-slicing-host-linear-skipping
+    bonsai-raw-bits=native-front-slicing,geometry=axis-host-linear
+    bonsai-raw-bits=native-front-slicing,geometry=axis-host-linear-skipping
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-linear
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-linear-skipping
+    bonsai-s3dc-block=4,index_bits=4-front-slicing-host-linear
+    bonsai-s3dc-block=4,index_bits=4-front-slicing-host-linear-skipping
+    bonsai-s3dc-block=4,index_bits=4-front-slicing,geometry=axis-host-linear
+    bonsai-s3dc-block=4,index_bits=4-front-slicing,geometry=axis-host-linear-skipping
+    "#);
+    assert_eq!(resolution.refused, []);
+    let off = resolved(EXAMPLE, &[&set[..2], &set[3..]].concat(), &Capabilities::default());
+    let unskipped: Vec<Cell> = resolution.cells.into_iter().filter(|c| !c.skipping).collect();
+    assert_eq!(off.cells, unskipped, "cells that do not skip are named as ever");
+}
+
+#[test]
 fn every_refusal_has_its_reason() {
     let text = edited("id = \"raw\"", "id = \"raw\"\n[[codec]]\nid = \"tape\"");
     let set =

@@ -25,7 +25,10 @@ impl Mirror<'_> {
         let last = IVec3::from_array(self.voxels.layout().extent.to_array().map(|e| e as i32 - 1));
         let clamped = |p: IVec3| p.clamp(IVec3::ZERO, last).as_uvec3().to_array();
         if self.view.filter == Filter::Nearest {
-            return Ok(voxel_of(self.voxels.fetch(clamped((x + Filter::NEAREST_TIE).floor().as_ivec3()))?));
+            let below = x.floor();
+            let up = (x - below).cmpge(Vec3::splat(1.0 - Filter::NEAREST_TIE));
+            let voxel = Vec3::select(up, below + 1.0, below);
+            return Ok(voxel_of(self.voxels.fetch(clamped(voxel.as_ivec3()))?));
         }
         let base = (x - 0.5).floor();
         let t = (x - 0.5) - base;

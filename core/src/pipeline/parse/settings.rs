@@ -1,0 +1,40 @@
+//! Settings of codecs and renderers, held to the schemas that these bring.
+
+use super::super::config::Sweep;
+use super::super::document::{Entry, Node, Value};
+use crate::codec::{Setting, SettingValue};
+use crate::diagnostic::Diagnostic;
+
+/// One value, or a list of values to try, of a setting; errors call `owner` whose it is ("codec `s3dc`").
+pub(super) fn sweep(entry: &Entry, setting: &Setting, owner: &str) -> Result<Sweep, Diagnostic> {
+    let nodes = match &entry.node.value {
+        Value::List(items) if items.is_empty() => {
+            let message = format!("`{}` lists no value to try", entry.key);
+            return Err(entry
+                .node
+                .error(message, "empty list")
+                .with_note(format!("leave the line away for the default, {}", setting.default)));
+        }
+        Value::List(items) => items.as_slice(),
+        _ => std::slice::from_ref(&entry.node),
+    };
+    let values = nodes.iter().map(|node| value(node, setting, owner)).collect::<Result<_, _>>()?;
+    Ok(Sweep { name: entry.key.clone(), values })
+}
+
+fn value(node: &Node, setting: &Setting, owner: &str) -> Result<SettingValue, Diagnostic> {
+    let written = match &node.value {
+        Value::Boolean(b) => Some(SettingValue::Boolean(*b)),
+        Value::Integer(i) => Some(SettingValue::Integer(*i)),
+        Value::Float(x) => Some(SettingValue::Float(*x)),
+        Value::Text(text) => Some(SettingValue::Text(text.clone())),
+        Value::DateTime | Value::List(_) | Value::Table(_) => None,
+    };
+    written.and_then(|value| setting.kind.canonical(&value)).ok_or_else(|| {
+        let expected = setting.kind.describe();
+        let message = format!("`{}` of {owner} cannot be `{}`", setting.name, node.place.text());
+        node.error(message, format!("expected {expected}"))
+            .with_note(format!("{}: {}", setting.name, setting.doc))
+            .with_note("a list is a sweep: each of its values is tried")
+    })
+}
