@@ -103,7 +103,8 @@ fn figure(figure: &Figure) -> Value {
     context! {
         caption => caption,
         wide => wide,
-        file => link(&format!("{CHARTS}/{name}")),
+        // Nothing of an address in percent is read as HTML.
+        file => Value::from_safe_string(link(&format!("{CHARTS}/{name}"))),
         description => chart.description.clone(),
         svg => Value::from_safe_string(chart.svg()),
         legend => legend,

@@ -99,7 +99,8 @@ fn the_reports_command_runs_its_cell_and_no_other() {
 fn one_cell_needs_no_other_volume_and_a_wrong_name_runs_nothing() {
     let folder = folder();
     let listed = folder.cvr(&["run", "x.toml", "--list-cells"]).exits(0).stdout;
-    let name = listed.lines().find(|l| l.starts_with("noise-raw-") && l.contains("host-linear")).unwrap();
+    let name =
+        listed.lines().find(|l| l.starts_with("noise-raw-") && l.contains("-s-raycasting-host")).unwrap();
     let run = |name: &str, more: &[&str]| {
         folder.cvr(&[&["run", "x.toml", "--device", "cpu", "--out", "one", "--cell", name], more].concat())
     };

@@ -66,9 +66,11 @@ function drawChart() {
   drawLegend(placed);
   const lost = cells.filter((at) => !placed.includes(at));
   const failed = lost.filter((at) => data.cells[at].failed !== null).length;
+  const { volume, ...rest } = choice;
+  const view = [volume, ...distinct(Object.values(rest)).filter((name) => name && name !== ALL)].join(", ");
   byId("plot-note").textContent = lost.length
-    ? `${placed.length} cells; ${lost.length} more have no value on these axes${failed ? `, ${failed} of them failed` : ""}.`
-    : `${placed.length} cells.`;
+    ? `${view}: ${placed.length} cells; ${lost.length} more have no value on these axes${failed ? `, ${failed} of them failed` : ""}.`
+    : `${view}: ${placed.length} cells.`;
   showChosen();
   return placed;
 }

@@ -3,7 +3,6 @@
 let shown = null;
 
 function showDetail(at) {
-  if (shown === at) return;
   shown = at;
   const cell = data.cells[at];
   const place = [figure(at, "site"), figure(at, "filter"), cell.renderer, cell.scene, cell.device].filter(Boolean);
@@ -15,11 +14,29 @@ function showDetail(at) {
   const axes = ["x", "y"].map((which) => data.quantities[axisOf(which).quantity].field);
   const fields = distinct([...axes, ...columns.filter((c) => c.main).map((c) => c.field)]);
   parts.push(figures([at], fields));
+  const others = sharing(at);
+  if (others.length) {
+    parts.push(element("p", { class: "repeat" }, "at the same place (click to choose):"));
+    const items = others.map((other) => element(
+      "li",
+      { "data-cell": other, role: "button", tabindex: 0 },
+      data.cells[other].name,
+    ));
+    parts.push(element("ul", { class: "twins" }, ...items));
+  }
   if (cell.command !== null) {
     parts.push(element("p", { class: "repeat" }, "runs this cell alone:"));
     parts.push(element("pre", { class: "command" }, cell.command));
   }
   byId("detail").replaceChildren(...parts);
+}
+
+/** Other cells whose marks lie where this one's does: sites that draw the same picture from the same file. */
+function sharing(at) {
+  const points = Array.from(plot.querySelectorAll(".pt"));
+  const own = points.find((pt) => pt.dataset.cell === String(at));
+  const there = points.filter((pt) => own && pt !== own && pt.getAttribute("transform") === own.getAttribute("transform"));
+  return there.map((pt) => Number(pt.dataset.cell)).sort((a, b) => a - b);
 }
 
 /** A table of figures: one column per cell, one line per field that any of them has. */

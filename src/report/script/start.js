@@ -70,7 +70,7 @@ function wide(quantity) {
 
 function choosePlace(place) {
   choose(Number(place.dataset.cell));
-  if (pair.length === 2 && !plot.contains(place)) byId("compare").scrollIntoView({ block: "nearest" });
+  if (pair.length === 2 && !byId("explore").contains(place)) byId("compare").scrollIntoView({ block: "nearest" });
 }
 
 start();
