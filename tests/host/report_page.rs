@@ -79,11 +79,15 @@ struct Shown {
     found: Option<String>,
     /// What the browser wrote to the page's console.
     console: Vec<String>,
+    /// What was asked of the network, but for what the browser asks of its maker.
+    requests: Vec<String>,
 }
 
 impl Shown {
     fn is_well(&self) -> bool {
-        self.console.is_empty() && self.found.as_ref().is_some_and(|found| found.starts_with("passed: "))
+        self.console.is_empty()
+            && self.requests.is_empty()
+            && self.found.as_ref().is_some_and(|found| found.starts_with("passed: "))
     }
 }
 
@@ -94,12 +98,13 @@ fn show(page: &Path, width: u32, more: &[&str]) -> Option<Shown> {
         return None;
     };
     let scratch = tempfile::tempdir().unwrap();
-    let (out, log) = (scratch.path().join("dom"), scratch.path().join("log"));
+    let [out, log, net] = ["dom", "log", "net"].map(|name| scratch.path().join(name));
     let mut child = Command::new(browser)
         .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync"])
         .args(["--disable-background-networking", "--disable-component-update", "--disable-quic"])
         .args(["--enable-logging=stderr", "--v=0", "--host-resolver-rules=MAP * ~NOTFOUND"])
         .arg(format!("--user-data-dir={}", scratch.path().join("profile").display()))
+        .arg(format!("--log-net-log={}", net.display()))
         .arg(format!("--window-size={width},1000"))
         .args(more)
         .args(["--dump-dom", &format!("file://{}#selftest", page.display())])
@@ -122,9 +127,14 @@ fn show(page: &Path, width: u32, more: &[&str]) -> Option<Shown> {
     let found =
         dom.rsplit_once("<pre id=\"selftest\" hidden=\"\">").and_then(|(_, rest)| rest.split_once("</pre>"));
     let cut = |text: &str| text.chars().take(600).collect::<String>();
+    let net = String::from_utf8_lossy(&std::fs::read(net).unwrap()).into_owned();
+    let asked = net.split("\"url\":\"").skip(1).filter(|url| url.starts_with("http"));
+    let host = |url: &str| url.split('/').nth(2).unwrap_or_default().to_owned();
+    let maker = |host: &str| [".google.com", ".googleapis.com"].iter().any(|name| host.ends_with(name));
     Some(Shown {
         found: found.map(|(found, _)| cut(found)),
         console: log.lines().filter(|line| line.contains("CONSOLE")).map(cut).collect(),
+        requests: asked.map(host).filter(|host| !maker(host)).collect(),
     })
 }
 
@@ -152,12 +162,26 @@ fn a_broken_page_is_noticed() {
         ("a wide page", "<main>", "<main><div style=\"width:3000px\">x</div>"),
         ("a row too few", "data-cell=\"0\"", "data-cell=\"999\""),
     ] {
+        assert!(good.contains(from), "{name}");
         let bad = good.replacen(from, to, if from.starts_with("data") { usize::MAX } else { 1 });
         assert_ne!(bad, good, "{name}");
         folder.write("out/broken.html", bad);
         if let Some(shown) = show(&folder.path("out/broken.html"), 1280, &[]) {
             assert!(!shown.is_well(), "{name} went unnoticed: {shown:?}");
         }
+    }
+}
+
+/// Without the policy the browser would ask, and the log shows it.
+#[test]
+fn a_request_that_nothing_stops_is_noticed() {
+    let folder = report();
+    let good = folder.text("out/report.html");
+    let open = good.replacen("Content-Security-Policy", "No-Policy", 1);
+    let bad = open.replacen("<main>", "<main><img src=\"https://cvr.invalid/x.png\">", 1);
+    folder.write("out/asking.html", bad);
+    if let Some(shown) = show(&folder.path("out/asking.html"), 1280, &[]) {
+        assert!(shown.requests.iter().any(|host| host == "cvr.invalid"), "{shown:?}");
     }
 }
 
