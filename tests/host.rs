@@ -15,8 +15,10 @@ mod host {
     mod golden_files;
     mod kills;
     mod manifest;
+    mod one_cell;
     mod real_volumes;
     mod records;
+    mod report_page;
     mod resume;
     mod scene_combinations;
     mod shader_text;

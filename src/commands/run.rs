@@ -64,6 +64,10 @@ pub struct Args {
     /// Run only the I-th of N shares of the cells, from 1/N to N/N. Nothing is encoded in two of them.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
+    /// Run only the cell of this name, as --list-cells prints it, and load only its volume; given several times,
+    /// these cells. The baseline that frame times refer to joins by itself.
+    #[arg(long, value_name = "ID", conflicts_with = "shard")]
+    cell: Vec<String>,
     #[command(flatten)]
     raw: RawArgs,
 }
@@ -83,6 +87,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     if let Some(shard) = args.shard {
         resolution.cells = shard.select(resolution.cells);
     }
+    select(&mut resolution, &args.cell).map_err(BadInput)?;
     if args.list_cells {
         for cell in &resolution.cells {
             say!("{}", cell.id());
@@ -98,7 +103,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let folder = args.out.clone().unwrap_or_else(|| Path::new("results").join(file_name(&experiment.name)));
     let target = Target::open(&args.device)?;
     announce(&target);
-    let volumes = load_all(&experiment)?;
+    // All of them, lest shards tell different stories of one experiment; but for a single cell no more than it needs.
+    let needed = |name: &str| args.cell.is_empty() || resolution.cells.iter().any(|c| c.volume == name);
+    let volumes = load_all(&experiment, needed)?;
     // Only now: bad input leaves no empty folder behind.
     std::fs::create_dir_all(&folder).map_err(|e| BadInput(format!("{}: {e}", folder.display())))?;
     let _lock = lock(&folder).map_err(BadInput)?;
@@ -136,8 +143,28 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
 }
 
 /// All volumes before the first cell: a missing file is bad input, not a failed cell.
-fn load_all(experiment: &Experiment) -> Result<Vec<LoadedVolume>, BadInput> {
-    Ok(experiment.volumes.iter().map(|v| load(v, experiment.seed)).collect::<Result<_, _>>()?)
+fn load_all(experiment: &Experiment, needed: impl Fn(&str) -> bool) -> Result<Vec<LoadedVolume>, BadInput> {
+    let needed = experiment.volumes.iter().filter(|v| needed(&v.name));
+    Ok(needed.map(|v| load(v, experiment.seed)).collect::<Result<_, _>>()?)
+}
+
+/// Leaves the cells of these names; without any, all.
+fn select(resolution: &mut Resolution, names: &[String]) -> Result<(), String> {
+    for name in names {
+        if resolution.cells.iter().any(|cell| cell.id() == *name) {
+            continue;
+        }
+        let refusal = resolution.refused.iter().find(|refusal| refusal.cell.id() == *name);
+        return Err(match refusal {
+            Some(refusal) => format!("--cell {name}: cannot run: {}", refusal.reason),
+            None => format!("--cell {name}: there is no such cell; --list-cells prints the names of all"),
+        });
+    }
+    if !names.is_empty() {
+        resolution.cells.retain(|cell| names.contains(&cell.id()));
+        resolution.refused.clear();
+    }
+    Ok(())
 }
 
 /// Says what draws where it is not what one would expect.

@@ -6,6 +6,9 @@ use std::path::Path;
 use super::cell_file::CELLS;
 use super::cell_run::IMAGES;
 
+/// Folder of the charts, below the report's.
+pub const CHARTS: &str = "charts";
+
 /// A folder that no other run writes to. The system frees it when the process ends, however it ends.
 #[derive(Debug)]
 pub struct Lock {
@@ -35,7 +38,7 @@ pub fn clear(folder: &Path) -> Result<(), String> {
     for name in ["report.html", "results.csv", "results.json"] {
         let _ = std::fs::remove_file(folder.join(name));
     }
-    for name in [IMAGES, CELLS] {
+    for name in [IMAGES, CELLS, CHARTS] {
         let _ = std::fs::remove_dir_all(folder.join(name));
     }
     prepare(folder)
@@ -50,7 +53,7 @@ pub fn prepare(folder: &Path) -> Result<(), String> {
         let folder = folder.join(name);
         std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
-    for folder in [folder.to_owned(), folder.join(IMAGES), folder.join(CELLS)] {
+    for folder in [folder.to_owned(), folder.join(IMAGES), folder.join(CELLS), folder.join(CHARTS)] {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
             if is_temporary(&entry.file_name().to_string_lossy()) {
                 let path = entry.path();
@@ -86,7 +89,10 @@ mod tests {
         for name in ["cells/a.json", ".tmp", ".tmpfiles", ".tmp-mine", "results.csv"] {
             assert!(folder.path().join(name).exists(), "{name}");
         }
+        std::fs::create_dir(folder.path().join(CHARTS)).unwrap();
+        std::fs::write(folder.path().join("charts/a.svg"), "drawn").unwrap();
         clear(folder.path()).unwrap();
+        assert!(!folder.path().join(CHARTS).exists());
         assert!(!folder.path().join("cells/a.json").exists() && folder.path().join(CELLS).is_dir());
         assert!(!folder.path().join("results.csv").exists() && folder.path().join(".tmpfiles").exists());
     }

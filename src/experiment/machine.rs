@@ -23,16 +23,19 @@ pub fn cores() -> u32 {
 /// The command of this process. Its first word is the program's name alone: where it stands is nobody's business.
 #[must_use]
 pub fn command_line() -> String {
-    let quoted = |word: String| {
-        let plain = |c: char| c.is_alphanumeric() || "-_./=:,+".contains(c);
-        if !word.is_empty() && word.chars().all(plain) {
-            word
-        } else {
-            format!("'{}'", word.replace('\'', r"'\''"))
-        }
-    };
-    let rest = std::env::args_os().skip(1).map(|w| quoted(w.to_string_lossy().into_owned()));
+    let rest = std::env::args_os().skip(1).map(|w| quoted(&w.to_string_lossy()));
     std::iter::once("cvr".to_owned()).chain(rest).collect::<Vec<_>>().join(" ")
+}
+
+/// A word as a shell takes it: as it is, or in single quotes.
+#[must_use]
+pub fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=:,+".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }
 
 /// Now, in UTC, as RFC 3339.

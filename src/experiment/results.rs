@@ -45,6 +45,14 @@ impl Results {
     }
 }
 
+impl ResultsError {
+    /// A problem with a file or folder.
+    #[must_use]
+    pub fn new(path: &Path, problem: impl ToString) -> Self {
+        fail(path, problem)
+    }
+}
+
 fn fail(path: &Path, problem: impl ToString) -> ResultsError {
     ResultsError { path: path.to_owned(), problem: problem.to_string() }
 }

@@ -87,6 +87,11 @@ pub(super) fn compressed(record: &Record) -> bool {
     record.codec != "raw"
 }
 
+/// Whether a filter blends voxels; the optimised linear filter yields the same values as the linear one.
+pub(super) fn blends(record: &Record) -> bool {
+    record.filter != "nearest"
+}
+
 /// Codec and settings.
 pub(super) fn codec_name(record: &Record) -> String {
     [record.codec.as_str(), record.settings.as_str()].join(" ").trim_end().to_owned()

@@ -1,6 +1,6 @@
 //! The charts of the report, from records.
 
-use super::cells::{Baseline, View, cell_name, codec_name, compressed, distinct, ok, site_rank};
+use super::cells::{Baseline, View, blends, cell_name, codec_name, compressed, distinct, ok, site_rank};
 use super::chart::{Axis, Chart, Colour, LegendEntry, Line, Mark, Point, Scale, Shape};
 use super::number::{decibels, fixed, short};
 use super::pareto;
@@ -10,13 +10,16 @@ use crate::experiment::record::Record;
 #[derive(Debug)]
 pub(super) struct Palette {
     codecs: Vec<String>,
+    /// Codecs and sites.
+    series: Vec<(String, String)>,
 }
 
 impl Palette {
     /// The uncompressed codec comes first whether it is there or not, so that codecs keep their colours.
     pub(super) fn new(records: &[Record]) -> Self {
         let compressed = records.iter().filter(|r| compressed(r)).map(|r| r.codec.clone());
-        Self { codecs: distinct(std::iter::once("raw".to_owned()).chain(compressed)) }
+        let codecs = distinct(std::iter::once("raw".to_owned()).chain(compressed));
+        Self { codecs, series: distinct(records.iter().map(|r| (r.codec.clone(), r.site.clone()))) }
     }
 
     fn index(&self, codec: &str) -> usize {
@@ -29,6 +32,12 @@ impl Palette {
 
     fn codec_mark(&self, codec: &str) -> Mark {
         Mark::filled(Shape::series(self.index(codec)), self.colour(codec))
+    }
+
+    /// The mark of a codec at a site.
+    pub(super) fn series_mark(&self, record: &Record) -> Mark {
+        let at = self.series.iter().position(|(codec, site)| *codec == record.codec && *site == record.site);
+        Mark::filled(Shape::series(at.unwrap_or(0)), self.colour(&record.codec))
     }
 }
 
@@ -63,9 +72,9 @@ fn rate_axis(records: &[&Record]) -> Axis {
     let wide = high > 10.0 * low;
     let label = "bits per voxel, whole file  (← better)";
     if wide {
-        Axis::new(label, Scale::Log)
+        Axis::new("bits_per_voxel", label, Scale::Log)
     } else {
-        Axis { include: vec![0.0], ..Axis::new(label, Scale::Linear) }
+        Axis { include: vec![0.0], ..Axis::new("bits_per_voxel", label, Scale::Linear) }
     }
 }
 
@@ -74,6 +83,7 @@ fn rate_chart(
     description: String,
     y: Axis,
     palette: &Palette,
+    records: &[Record],
     cells: &[&Record],
     value: impl Fn(&Record) -> Option<f64>,
     mark: impl Fn(&Record) -> Mark,
@@ -81,17 +91,21 @@ fn rate_chart(
     let x = rate_axis(cells);
     let place = |r: &Record| Some((r.bits_per_voxel?, value(r)?)).filter(|(a, b)| x.shows(*a) && y.shows(*b));
     let mut lines = Vec::new();
+    let mut best: Vec<&Record> = Vec::new();
     for codec in distinct(cells.iter().map(|r| r.codec.clone())) {
         let own = cells.iter().filter(|r| r.codec == codec && ok(r));
-        let points: Vec<(f64, f64)> = own.filter_map(|r| place(r)).collect();
-        let costs: Vec<(f64, f64)> = points.iter().map(|(rate, value)| (*rate, -value)).collect();
-        let points = pareto::front(&costs).into_iter().map(|i| points[i]).collect();
+        let own: Vec<(&Record, (f64, f64))> = own.filter_map(|r| Some((*r, place(r)?))).collect();
+        let costs: Vec<(f64, f64)> = own.iter().map(|(_, (rate, value))| (*rate, -value)).collect();
+        let front = pareto::front(&costs);
+        best.extend(front.iter().map(|i| own[*i].0));
+        let points = front.into_iter().map(|i| own[i].1).collect();
         lines.push(Line { points, colour: palette.colour(&codec), dashed: false });
     }
     let point = |r: &&Record| {
         let (x, y) = place(r)?;
         let mark = if ok(r) { mark(r) } else { Mark::failure() };
-        Some(Point { x, y, mark, title: title(r) })
+        let unbeaten = best.iter().any(|b| std::ptr::eq(*b, *r));
+        Some(Point { x, y, mark, title: title(r), cell: number(records, r), unbeaten })
     };
     let mut points: Vec<Point> = cells.iter().filter_map(point).collect();
     points.sort_by_key(|p| p.mark == Mark::failure());
@@ -105,7 +119,12 @@ fn rate_chart(
     Chart { description, x, y, lines, points, legend }
 }
 
-fn failure_entry() -> LegendEntry {
+/// A record's number among all.
+fn number(records: &[Record], record: &Record) -> usize {
+    records.iter().position(|r| std::ptr::eq(r, record)).unwrap_or(0)
+}
+
+pub(super) fn failure_entry() -> LegendEntry {
     LegendEntry { mark: Mark::failure(), label: "failed".to_owned() }
 }
 
@@ -121,16 +140,12 @@ pub(super) fn voxel_psnr(records: &[Record], palette: &Palette, volume: &str) ->
     }
     let y = Axis {
         infinity: Some("lossless"),
-        ..Axis::new("PSNR of the voxels in dB  (better →)", Scale::Linear)
+        ..Axis::new("psnr_db", "PSNR of the voxels in dB  (better →)", Scale::Linear)
     };
     let description = format!("PSNR of the voxels over bits per voxel, volume {volume}");
-    let chart = rate_chart(description, y, palette, &cells, |r| r.psnr_db, |r| palette.codec_mark(&r.codec));
+    let chart =
+        rate_chart(description, y, palette, records, &cells, |r| r.psnr_db, |r| palette.codec_mark(&r.codec));
     (!chart.points.is_empty()).then_some(chart)
-}
-
-/// Whether a filter blends voxels; the optimised linear filter yields the same values as the linear one.
-fn blends(record: &Record) -> bool {
-    record.filter != "nearest"
 }
 
 /// SSIM of the picture over bits per voxel. One site stands for all, the same for every filter.
@@ -144,17 +159,20 @@ pub(super) fn picture_ssim(records: &[Record], palette: &Palette, view: &View) -
         let same = own().filter(|r| (codec_name(r), blends(r)) == key);
         cells.extend(same.min_by_key(|r| (!ok(r), site_rank(&r.site))));
     }
-    let y = Axis { limit: Some(1.0), ..Axis::new("SSIM of the picture  (better →)", Scale::Linear) };
+    let y = Axis {
+        limit: Some(1.0),
+        ..Axis::new("image_ssim", "SSIM of the picture  (better →)", Scale::Linear)
+    };
     let description =
         format!("SSIM of the picture over bits per voxel, volume {}, {}", view.volume, view.name());
     let mark = |r: &Record| Mark { filled: blends(r), ..palette.codec_mark(&r.codec) };
-    let mut chart = rate_chart(description, y, palette, &cells, |r| r.image_ssim, mark);
+    let mut chart = rate_chart(description, y, palette, records, &cells, |r| r.image_ssim, mark);
     chart.legend.extend(filter_entries(&cells, Shape::Circle));
     (!chart.points.is_empty()).then_some(chart)
 }
 
 /// What filled and hollow mean, where both occur.
-fn filter_entries(cells: &[&Record], shape: Shape) -> Vec<LegendEntry> {
+pub(super) fn filter_entries(cells: &[&Record], shape: Shape) -> Vec<LegendEntry> {
     let both = cells.iter().any(|r| blends(r)) && cells.iter().any(|r| !blends(r));
     let entry = |filled, label: &str| {
         let mark = Mark { filled, ..Mark::filled(shape, Colour::Ink) };
@@ -171,15 +189,14 @@ pub(super) fn frame_time(records: &[Record], palette: &Palette, view: &View) -> 
         .collect();
     let x = Axis {
         infinity: Some("identical"),
-        ..Axis::new("PSNR of the picture in dB  (better →)", Scale::Linear)
+        ..Axis::new("image_psnr_db", "PSNR of the picture in dB  (better →)", Scale::Linear)
     };
-    let y = Axis { include: vec![1.0], ..Axis::new("frame time ÷ baseline A  (← better)", Scale::Log) };
+    let y = Axis {
+        include: vec![1.0],
+        ..Axis::new("relative_frame_time", "frame time ÷ baseline A  (← better)", Scale::Log)
+    };
     let front = pareto::of_view(records, view);
     let series = distinct(cells.iter().map(|r| (r.codec.clone(), r.site.clone())));
-    let shape = |r: &Record| {
-        let at = series.iter().position(|(codec, site)| *codec == r.codec && *site == r.site);
-        Shape::series(at.unwrap_or(0))
-    };
     let mut points = Vec::new();
     for record in &cells {
         let (Some(px), Some(py)) = (record.image_psnr_db, record.relative_frame_time) else { continue };
@@ -190,12 +207,14 @@ pub(super) fn frame_time(records: &[Record], palette: &Palette, view: &View) -> 
                 Mark { filled: false, ..Mark::filled(Shape::Letter(baseline.letter()), Colour::Ink) }
             }
             None => {
-                let mark = Mark::filled(shape(record), palette.colour(&record.codec));
+                let mark = palette.series_mark(record);
                 let beaten = compressed(record) && !front.contains(record);
                 Mark { filled: blends(record), faint: beaten, ..mark }
             }
         };
-        points.push(Point { x: px, y: py, mark, title: title(record) });
+        let unbeaten = front.iter().any(|f| std::ptr::eq(*f, *record));
+        let cell = number(records, record);
+        points.push(Point { x: px, y: py, mark, title: title(record), cell, unbeaten });
     }
     if points.is_empty() {
         return None;
@@ -223,7 +242,7 @@ pub(super) fn frame_time(records: &[Record], palette: &Palette, view: &View) -> 
     let mut legend: Vec<LegendEntry> = series
         .iter()
         .filter_map(|(codec, site)| {
-            let mark = Mark::filled(shape(shown(codec, site)?), palette.colour(codec));
+            let mark = palette.series_mark(shown(codec, site)?);
             Some(LegendEntry { mark, label: format!("{codec}, {site}") })
         })
         .collect();

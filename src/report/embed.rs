@@ -59,7 +59,7 @@ impl Pictures {
 }
 
 /// A relative address: what has a meaning in one is written in percent.
-fn link(path: &str) -> String {
+pub(super) fn link(path: &str) -> String {
     path.bytes().fold(String::new(), |mut out, b| {
         match b {
             b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => {

@@ -1,17 +1,23 @@
-//! The report: one HTML file that holds everything, reads without JavaScript and without a network, and prints.
+//! The report: one HTML file that holds everything, reads without JavaScript and without a network, and prints. With
+//! JavaScript its reader chooses axes, reads the command behind a point, and lays two pictures over each other.
+//! `charts/` beside it holds every chart as SVG and CSV.
 //!
 //! Pictures of PNG files are embedded up to [`EMBEDDED_BYTES`]; beyond that the page links to them and says so, lest
 //! a large sweep yield a page that no browser opens.
 
 pub mod chart;
 
+mod beside;
 mod cells;
 mod charts;
+mod data;
 mod embed;
 mod number;
 mod page;
 mod pareto;
 mod pictures;
+mod reproduce;
+mod script;
 mod summary;
 mod table;
 #[cfg(test)]
@@ -36,7 +42,7 @@ pub enum ReportError {
     File(#[from] ResultsError),
 }
 
-/// Writes `report.html` into `dir` and returns its path; the file appears only when it is whole. Pictures are taken
+/// Writes `report.html` and `charts/` into `dir` and returns its path; the file appears only when it is whole. Pictures are taken
 /// from the records' paths relative to `dir`.
 ///
 /// # Errors
@@ -48,7 +54,10 @@ pub fn write(
     refused: &[RefusedCell],
 ) -> Result<PathBuf, ReportError> {
     let path = dir.join("report.html");
-    let html = page::render(dir, provenance, records, refused)?;
+    let figures = page::figures(records);
+    let html = page::render(dir, provenance, records, refused, &figures)?;
+    // Charts first: a report links to no file that is not there.
+    beside::write(dir, &figures, records)?;
     write_whole(&path, html.as_bytes())?;
     Ok(path)
 }

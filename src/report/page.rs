@@ -4,24 +4,27 @@ use std::path::Path;
 
 use minijinja::{AutoEscape, Environment, Value, context};
 
+use super::beside::{Figure, file_name};
 use super::cells::{View, views, volumes};
 use super::chart::{Chart, Mark};
 use super::charts::{Palette, frame_time, picture_ssim, voxel_psnr};
-use super::embed::{EMBEDDED_BYTES, Pictures};
-use super::{ReportError, pictures, summary, table};
+use super::embed::{EMBEDDED_BYTES, Pictures, link};
+use super::{ReportError, data, pictures, script, summary, table};
+use crate::experiment::folder::CHARTS;
 use crate::experiment::provenance::{Part, Provenance, RefusedCell, VolumeProvenance};
 use crate::experiment::record::Record;
 
 use cvr_core::metrics::ERROR_CLASSES;
 
 const TEMPLATE: &str = include_str!("template.html");
-const STYLE: &str = include_str!("style.css");
+pub(super) const STYLE: &str = include_str!("style.css");
 
 pub(super) fn render(
     dir: &Path,
     provenance: &Provenance,
     records: &[Record],
     refused: &[RefusedCell],
+    figures: &[Figure],
 ) -> Result<String, ReportError> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
@@ -36,7 +39,10 @@ pub(super) fn render(
         pictures => groups,
         linked => embedded.linked(),
         error_classes => error_classes(),
-        charts => charts(records),
+        charts => charts(records, figures),
+        policy => script::policy(),
+        script => Value::from_safe_string(script::text()),
+        data => Value::from_safe_string(data::json(provenance, records, &Palette::new(records))),
         table => table::table(records),
         refused => refused.iter().map(refused_values).collect::<Vec<_>>(),
     };
@@ -51,41 +57,45 @@ fn error_classes() -> Vec<Value> {
     std::iter::once(none).chain(ERROR_CLASSES.iter().map(|c| class(c.label, c.rgb))).collect()
 }
 
-/// One section of charts per volume.
-fn charts(records: &[Record]) -> Vec<Value> {
+/// All charts, volume by volume.
+pub(super) fn figures(records: &[Record]) -> Vec<Figure> {
     let palette = Palette::new(records);
-    volumes(records)
-        .into_iter()
-        .map(|volume| {
-            let of_volume: Vec<View> = views(records).into_iter().filter(|v| v.volume == volume).collect();
-            let named = |title: &str, view: &View| match view.name() {
-                name if name.is_empty() => title.to_owned(),
-                name => format!("{title} — {name}"),
-            };
-            let rate = voxel_psnr(records, &palette, &volume);
-            let mut figures: Vec<Value> = rate
-                .iter()
-                .map(|c| figure(c, "Voxels: PSNR over bits per voxel".to_owned(), false))
-                .collect();
-            for view in &of_volume {
-                let ssim = picture_ssim(records, &palette, view);
-                figures.extend(
-                    ssim.iter().map(|c| figure(c, named("Picture: SSIM over bits per voxel", view), false)),
-                );
-            }
-            for view in &of_volume {
-                let time = frame_time(records, &palette, view);
-                figures.extend(
-                    time.iter().map(|c| figure(c, named("Frame time over PSNR of the picture", view), true)),
-                );
-            }
-            context! { volume => volume, figures => figures }
-        })
-        .collect()
+    let mut figures: Vec<Figure> = Vec::new();
+    for volume in volumes(records) {
+        let of_volume: Vec<View> = views(records).into_iter().filter(|v| v.volume == volume).collect();
+        let mut add = |chart: Option<Chart>, kind: &str, title: &str, view: Option<&View>, wide: bool| {
+            let name = view.map(View::name).unwrap_or_default();
+            let caption = if name.is_empty() { title.to_owned() } else { format!("{title} — {name}") };
+            let [scene, renderer] = view.map_or(["", ""], |v| [&v.scene, &v.renderer]);
+            let name = file_name(&[&volume, scene, renderer, kind]);
+            let volume = volume.clone();
+            figures.extend(chart.map(|chart| Figure { name, volume, caption, wide, chart }));
+        };
+        let voxels = voxel_psnr(records, &palette, &volume);
+        add(voxels, "voxel-psnr", "Voxels: PSNR over bits per voxel", None, false);
+        for view in &of_volume {
+            let ssim = picture_ssim(records, &palette, view);
+            add(ssim, "picture-ssim", "Picture: SSIM over bits per voxel", Some(view), false);
+        }
+        for view in &of_volume {
+            let time = frame_time(records, &palette, view);
+            add(time, "frame-time", "Frame time over PSNR of the picture", Some(view), true);
+        }
+    }
+    figures
 }
 
-/// `wide`: the legend stands beside the drawing, not below.
-fn figure(chart: &Chart, caption: String, wide: bool) -> Value {
+/// One section of charts per volume.
+fn charts(records: &[Record], figures: &[Figure]) -> Vec<Value> {
+    let section = |volume: String| {
+        let own: Vec<Value> = figures.iter().filter(|f| f.volume == volume).map(figure).collect();
+        context! { volume => volume, figures => own }
+    };
+    volumes(records).into_iter().map(section).collect()
+}
+
+fn figure(figure: &Figure) -> Value {
+    let Figure { name, caption, wide, chart, .. } = figure;
     // Drawings escape what they take from records themselves.
     let mark = |mark: &Mark| Value::from_safe_string(mark.svg());
     let legend: Vec<Value> =
@@ -93,6 +103,8 @@ fn figure(chart: &Chart, caption: String, wide: bool) -> Value {
     context! {
         caption => caption,
         wide => wide,
+        // Nothing of an address in percent is read as HTML.
+        file => Value::from_safe_string(link(&format!("{CHARTS}/{name}"))),
         description => chart.description.clone(),
         svg => Value::from_safe_string(chart.svg()),
         legend => legend,

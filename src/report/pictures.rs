@@ -54,8 +54,8 @@ fn group(provenance: &Provenance, records: &[Record], view: &View, pictures: &mu
         let later = thin_out(&mut shown);
         rest.splice(0..0, later);
     }
-    let shown: Vec<Value> = shown.into_iter().map(|r| cell(r, pictures)).collect();
-    let rest: Vec<Value> = rest.into_iter().map(|r| cell(r, pictures)).collect();
+    let shown: Vec<Value> = shown.into_iter().map(|r| cell(records, r, pictures)).collect();
+    let rest: Vec<Value> = rest.into_iter().map(|r| cell(records, r, pictures)).collect();
     Some(context! {
         volume => view.volume.clone(),
         name => view.name(),
@@ -74,13 +74,14 @@ fn thin_out<'a>(cells: &mut Vec<&'a Record>) -> Vec<&'a Record> {
     later.into_iter().map(|(_, r)| r).collect()
 }
 
-fn cell(record: &Record, pictures: &mut Pictures) -> Value {
+fn cell(records: &[Record], record: &Record, pictures: &mut Pictures) -> Value {
     let mut source = |path: &Option<String>| path.as_deref().and_then(|p| pictures.source(p));
     let filter = match record.filtering.as_deref() {
         Some(by) if record.filter != "nearest" => format!("{} ({by})", record.filter),
         _ => record.filter.clone(),
     };
     context! {
+        number => records.iter().position(|r| std::ptr::eq(r, record)),
         codec => record.codec.clone(),
         settings => record.settings.clone(),
         place => [record.site.clone(), filter].join(", "),

@@ -16,19 +16,26 @@ struct Column {
     numeric: bool,
     /// Left out on paper, where there is no room for all.
     secondary: bool,
+    /// Name and unit on the axis of a chart, where the heading alone would not tell.
+    axis: Option<&'static str>,
     text: fn(&Record) -> String,
 }
 
 const fn text(field: &'static str, heading: &'static str, text: fn(&Record) -> String) -> Column {
-    Column { field, heading, numeric: false, secondary: false, text }
+    Column { field, heading, numeric: false, secondary: false, axis: None, text }
 }
 
 const fn number(field: &'static str, heading: &'static str, text: fn(&Record) -> String) -> Column {
-    Column { field, heading, numeric: true, secondary: false, text }
+    Column { field, heading, numeric: true, secondary: false, axis: None, text }
 }
 
 const fn secondary(column: Column) -> Column {
     Column { secondary: true, ..column }
+}
+
+/// Names a column on the axis of a chart; values there are the record's own, in the record's unit.
+const fn axis(name: &'static str, column: Column) -> Column {
+    Column { axis: Some(name), ..column }
 }
 
 fn some(text: &Option<String>) -> String {
@@ -40,7 +47,7 @@ fn count(n: Option<u64>) -> String {
 }
 
 /// Columns in reading order: what the cell is, then size, voxels, picture, speed, and the rest.
-const COLUMNS: [Column; 48] = [
+const COLUMNS: &[Column] = &[
     text("volume", "volume", |r| r.volume.clone()),
     text("codec", "codec", |r| r.codec.clone()),
     text("settings", "settings", |r| r.settings.clone()),
@@ -50,33 +57,84 @@ const COLUMNS: [Column; 48] = [
     secondary(text("renderer", "renderer", |r| r.renderer.clone())),
     text("scene", "scene", |r| r.scene.clone()),
     text("status", "status", |r| if ok(r) { "ok" } else { "failed" }.to_owned()),
-    number("bits_per_voxel", "bits per voxel", |r| short(r.bits_per_voxel)),
-    number("file_bytes", "file", |r| bytes(r.file_bytes)),
-    secondary(number("resident_bytes", "in device memory", |r| bytes(r.resident_bytes))),
-    number("psnr_db", "PSNR, dB", |r| fixed(r.psnr_db, 2)),
-    secondary(number("foreground_psnr_db", "foreground PSNR, dB", |r| fixed(r.foreground_psnr_db, 2))),
-    number("max_abs_error", "max error", |r| short(r.max_abs_error)),
-    number("error_bound", "bound", |r| short(r.error_bound)),
-    number("image_psnr_db", "picture PSNR, dB", |r| fixed(r.image_psnr_db, 2)),
-    number("image_ssim", "picture SSIM", |r| fixed(r.image_ssim, 4)),
-    secondary(number("codec_image_psnr_db", "codec's picture PSNR, dB", |r| fixed(r.codec_image_psnr_db, 2))),
-    secondary(number("codec_image_ssim", "codec's picture SSIM", |r| fixed(r.codec_image_ssim, 4))),
-    secondary(number("image_psnr_whole_db", "whole-frame PSNR, dB", |r| fixed(r.image_psnr_whole_db, 2))),
-    secondary(number("image_ssim_whole", "whole-frame SSIM", |r| fixed(r.image_ssim_whole, 4))),
-    number("relative_frame_time", "relative frame time", |r| short(r.relative_frame_time)),
-    secondary(number("relative_frame_time_iqr", "its IQR", |r| short(r.relative_frame_time_iqr))),
-    number("frame_ms", "frame, ms", |r| short(r.frame_ms)),
-    secondary(number("frame_ms_iqr", "its IQR, ms", |r| short(r.frame_ms_iqr))),
-    secondary(number("frame_cpu_ms", "CPU per frame, ms", |r| short(r.frame_cpu_ms))),
+    axis(
+        "bits per voxel, whole file",
+        number("bits_per_voxel", "bits per voxel", |r| short(r.bits_per_voxel)),
+    ),
+    axis("size of the file, bytes", number("file_bytes", "file", |r| bytes(r.file_bytes))),
+    secondary(axis(
+        "in device memory, bytes",
+        number("resident_bytes", "in device memory", |r| bytes(r.resident_bytes)),
+    )),
+    axis("PSNR of the voxels, dB", number("psnr_db", "PSNR, dB", |r| fixed(r.psnr_db, 2))),
+    secondary(axis(
+        "PSNR of the foreground voxels, dB",
+        number("foreground_psnr_db", "foreground PSNR, dB", |r| fixed(r.foreground_psnr_db, 2)),
+    )),
+    axis(
+        "largest error of a voxel, data units",
+        number("max_abs_error", "max error", |r| short(r.max_abs_error)),
+    ),
+    axis("bound of the error, data units", number("error_bound", "bound", |r| short(r.error_bound))),
+    axis(
+        "PSNR of the picture, dB",
+        number("image_psnr_db", "picture PSNR, dB", |r| fixed(r.image_psnr_db, 2)),
+    ),
+    axis("SSIM of the picture", number("image_ssim", "picture SSIM", |r| fixed(r.image_ssim, 4))),
+    secondary(axis(
+        "PSNR of the picture against raw, dB",
+        number("codec_image_psnr_db", "codec's picture PSNR, dB", |r| fixed(r.codec_image_psnr_db, 2)),
+    )),
+    secondary(axis(
+        "SSIM of the picture against raw",
+        number("codec_image_ssim", "codec's picture SSIM", |r| fixed(r.codec_image_ssim, 4)),
+    )),
+    secondary(axis(
+        "PSNR of the whole frame, dB",
+        number("image_psnr_whole_db", "whole-frame PSNR, dB", |r| fixed(r.image_psnr_whole_db, 2)),
+    )),
+    secondary(axis(
+        "SSIM of the whole frame",
+        number("image_ssim_whole", "whole-frame SSIM", |r| fixed(r.image_ssim_whole, 4)),
+    )),
+    axis(
+        "frame time ÷ baseline A",
+        number("relative_frame_time", "relative frame time", |r| short(r.relative_frame_time)),
+    ),
+    secondary(axis(
+        "IQR of frame time ÷ baseline A",
+        number("relative_frame_time_iqr", "its IQR", |r| short(r.relative_frame_time_iqr)),
+    )),
+    axis("frame time, ms", number("frame_ms", "frame, ms", |r| short(r.frame_ms))),
+    secondary(axis(
+        "IQR of the frame time, ms",
+        number("frame_ms_iqr", "its IQR, ms", |r| short(r.frame_ms_iqr)),
+    )),
+    secondary(axis(
+        "CPU time per frame, ms",
+        number("frame_cpu_ms", "CPU per frame, ms", |r| short(r.frame_cpu_ms)),
+    )),
     secondary(text("frame_clock", "clock", |r| some(&r.frame_clock))),
-    secondary(number("frame_pairs", "pairs", |r| count(r.frame_pairs.map(u64::from)))),
-    secondary(number("encode_seconds", "encode, s", |r| short(r.encode_seconds))),
-    secondary(number("decode_seconds", "decode, s", |r| short(r.decode_seconds))),
-    secondary(number("decode_voxels_per_second", "Mvoxel/s", |r| {
-        short(r.decode_voxels_per_second.map(|v| v / 1e6))
-    })),
-    secondary(number("device_decode_ms", "decode on the device, ms", |r| short(r.device_decode_ms))),
-    secondary(number("device_decode_bytes", "on the device meanwhile", |r| bytes(r.device_decode_bytes))),
+    secondary(axis("pairs timed", number("frame_pairs", "pairs", |r| count(r.frame_pairs.map(u64::from))))),
+    secondary(axis("encoding, s", number("encode_seconds", "encode, s", |r| short(r.encode_seconds)))),
+    secondary(axis(
+        "decoding on the CPU, s",
+        number("decode_seconds", "decode, s", |r| short(r.decode_seconds)),
+    )),
+    secondary(axis(
+        "decoding on the CPU, voxels/s",
+        number("decode_voxels_per_second", "Mvoxel/s", |r| {
+            short(r.decode_voxels_per_second.map(|v| v / 1e6))
+        }),
+    )),
+    secondary(axis(
+        "decoding on the device, ms",
+        number("device_decode_ms", "decode on the device, ms", |r| short(r.device_decode_ms)),
+    )),
+    secondary(axis(
+        "on the device while decoding, bytes",
+        number("device_decode_bytes", "on the device meanwhile", |r| bytes(r.device_decode_bytes)),
+    )),
     text("skipping", "skipping", |r| if r.skipping { "yes" } else { "no" }.to_owned()),
     number("skipping_gain", "gain of skipping", |r| short(r.skipping_gain)),
     secondary(number("skipping_gain_iqr", "its IQR", |r| short(r.skipping_gain_iqr))),
@@ -94,6 +152,11 @@ const COLUMNS: [Column; 48] = [
     text("error", "error", |r| some(&r.error)),
     secondary(text("notes", "notes", |r| some(&r.notes))),
 ];
+
+/// Columns that can be an axis of a chart, as (field, name and unit): every column of numbers.
+pub(super) fn quantities() -> impl Iterator<Item = (&'static str, &'static str)> {
+    COLUMNS.iter().filter(|c| c.numeric).map(|c| (c.field, c.axis.unwrap_or(c.heading)))
+}
 
 /// The table as the template reads it.
 pub(super) fn table(records: &[Record]) -> Value {
@@ -119,6 +182,8 @@ pub(super) fn table(records: &[Record]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
+
     use crate::experiment::results::tests::record;
 
     #[test]
@@ -129,5 +194,12 @@ mod tests {
             let picture = ["image", "error_image"].contains(&field.as_str());
             assert_eq!(shown.iter().filter(|s| *s == field).count(), usize::from(!picture), "{field}");
         }
+    }
+
+    #[test]
+    fn quantities_have_names_of_their_own() {
+        let names: BTreeSet<&str> = quantities().map(|(_, name)| name).collect();
+        assert_eq!(names.len(), quantities().count());
+        assert!(names.contains("PSNR of the voxels, dB") && !names.contains("settings"));
     }
 }

@@ -147,7 +147,7 @@ fn every_cell_has_a_record_of_its_own() {
     }
     let rest = names.iter().filter(|n| n.starts_with("a/") && n.matches('/').count() == 1);
     let rest: Vec<&String> = rest.collect();
-    assert_eq!(rest, ["a/cells", "a/images", "a/report.html", "a/results.csv", "a/results.json"]);
+    assert_eq!(rest, ["a/cells", "a/charts", "a/images", "a/report.html", "a/results.csv", "a/results.json"]);
 }
 
 #[test]

@@ -16,6 +16,8 @@ pub enum Scale {
 /// What an axis shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
+    /// The record's field.
+    pub field: &'static str,
     /// Quantity, unit, and which direction is better.
     pub label: String,
     /// Scale.
@@ -29,10 +31,10 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// An axis of nothing but its label and scale.
+    /// An axis of nothing but its field, label and scale.
     #[must_use]
-    pub fn new(label: impl Into<String>, scale: Scale) -> Self {
-        Self { label: label.into(), scale, include: Vec::new(), infinity: None, limit: None }
+    pub fn new(field: &'static str, label: impl Into<String>, scale: Scale) -> Self {
+        Self { field, label: label.into(), scale, include: Vec::new(), infinity: None, limit: None }
     }
 
     /// Whether a value has a place on this axis.
@@ -145,7 +147,7 @@ mod tests {
 
     #[test]
     fn infinity_has_a_tick_of_its_own_above_all_finite_ones() {
-        let axis = Axis { infinity: Some("lossless"), ..Axis::new("PSNR", Scale::Linear) };
+        let axis = Axis { infinity: Some("lossless"), ..Axis::new("field", "PSNR", Scale::Linear) };
         let with = range(&axis, &[31.0, 48.0, f64::INFINITY]);
         assert_eq!(with.place(f64::INFINITY), with.high);
         assert!(with.high >= 48.0 + with.step.unwrap());
@@ -159,7 +161,7 @@ mod tests {
     fn nothing_one_value_and_hostile_values_have_a_range_too() {
         for scale in [Scale::Linear, Scale::Log] {
             for values in [&[][..], &[3.0], &[0.0], &[f64::NAN, f64::INFINITY], &[-1.0, 0.0, 2.0]] {
-                let r = range(&Axis::new("x", scale), values);
+                let r = range(&Axis::new("field", "x", scale), values);
                 assert!(r.low.is_finite() && r.high.is_finite() && r.low < r.high, "{values:?} {r:?}");
             }
         }
@@ -167,11 +169,12 @@ mod tests {
 
     #[test]
     fn ticks_say_what_they_mean() {
-        let axis = Axis::new("x", Scale::Log);
+        let axis = Axis::new("field", "x", Scale::Log);
         assert_eq!(range(&axis, &[1.0]).format().format(0.5), "0.5");
         assert_eq!(range(&axis, &[1.0]).format().format(20.0), "20");
         assert!(range(&axis, &[1.0]).high / range(&axis, &[1.0]).low >= 5.0);
-        let ssim = range(&Axis { limit: Some(1.0), ..Axis::new("SSIM", Scale::Linear) }, &[0.91, 0.9999]);
+        let ssim =
+            range(&Axis { limit: Some(1.0), ..Axis::new("field", "SSIM", Scale::Linear) }, &[0.91, 0.9999]);
         assert_eq!(ssim.high, 1.0);
         assert_eq!(ssim.format().format(0.92), "0.92");
     }

@@ -8,17 +8,24 @@ use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout};
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
 use super::axis::Range;
-use super::{Axis, Chart, Mark, Scale, Shape};
+use super::{Axis, Chart, Point, Scale, Shape};
 
 /// Width and height of a drawing in its own units, which are pixels at full size.
 pub const SIZE: [f64; 2] = [560.0, 400.0];
+/// The label of the topmost tick sticks out by half its height.
+pub(super) const HEADROOM: f64 = 8.0;
 /// Radius of a mark.
-const RADIUS: f64 = 5.2;
+pub(super) const RADIUS: f64 = 5.2;
 
 impl Chart {
     /// The drawing, to be set into HTML: no namespace, no size, colours from the page.
     #[must_use]
     pub fn svg(&self) -> String {
+        in_page(&self.drawing())
+    }
+
+    /// The drawing as kuva writes it, with colours from the page.
+    pub(super) fn drawing(&self) -> String {
         let xs = self
             .points
             .iter()
@@ -49,9 +56,9 @@ impl Chart {
         }
         for point in self.points.iter().filter(|p| shown(p.x, p.y)) {
             let (px, py) = place(point.x, point.y);
-            add_mark(&mut scene, point.mark, px, py, &point.title);
+            add_mark(&mut scene, point, px, py);
         }
-        in_page(&SvgBackend::new().render_scene(&scene))
+        SvgBackend::new().render_scene(&scene)
     }
 }
 
@@ -97,14 +104,16 @@ fn layout(chart: &Chart, x: &Range, y: &Range) -> Layout {
     layout
 }
 
-fn add_mark(scene: &mut Scene, mark: Mark, x: f64, y: f64, title: &str) {
+fn add_mark(scene: &mut Scene, point: &Point, x: f64, y: f64) {
+    let mark = point.mark;
     let (fill, stroke) = mark.paint();
     // Pushed past `Scene::add`, which would bring a style sheet for titles into every drawing.
-    let class = if mark.faint { "class=\"pt faint\"" } else { "class=\"pt\"" };
+    let faint = if mark.faint { " faint" } else { "" };
+    let attributes = format!("class=\"pt{faint}\" data-cell=\"{}\"", point.cell);
     scene.elements.push(Primitive::GroupStart {
         transform: None,
-        title: Some(title.to_owned()),
-        extra_attrs: Some(class.to_owned()),
+        title: Some(point.title.clone()),
+        extra_attrs: Some(attributes),
     });
     scene.elements.push(Primitive::Path(Box::new(PathData {
         d: mark.path(x, y, RADIUS),
@@ -133,21 +142,19 @@ fn add_mark(scene: &mut Scene, mark: Mark, x: f64, y: f64, title: &str) {
 fn in_page(svg: &str) -> String {
     let body = svg.split_once('>').map_or("", |(_, body)| body);
     let [width, height] = SIZE;
-    // The label of the topmost tick sticks out by half its height.
-    const HEADROOM: f64 = 8.0;
     format!("<svg class=\"chart\" viewBox=\"0 -{HEADROOM} {width} {}\">{body}", height + HEADROOM)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Colour, Line, Point};
+    use super::super::{Colour, Line, Mark};
     use super::*;
 
     fn chart(points: Vec<Point>) -> Chart {
         Chart {
             description: "a \"chart\" of <things>".into(),
-            x: Axis::new("bits per voxel", Scale::Log),
-            y: Axis { infinity: Some("lossless"), ..Axis::new("PSNR", Scale::Linear) },
+            x: Axis::new("field", "bits per voxel", Scale::Log),
+            y: Axis { infinity: Some("lossless"), ..Axis::new("field", "PSNR", Scale::Linear) },
             lines: vec![Line { points: vec![(1.0, 30.0), (2.0, 40.0)], colour: Colour::Ink, dashed: true }],
             points,
             legend: Vec::new(),
@@ -155,7 +162,14 @@ mod tests {
     }
 
     fn point(x: f64, y: f64, title: &str) -> Point {
-        Point { x, y, mark: Mark::filled(Shape::Circle, Colour::Series(1)), title: title.into() }
+        Point {
+            x,
+            y,
+            mark: Mark::filled(Shape::Circle, Colour::Series(1)),
+            title: title.into(),
+            cell: 7,
+            unbeaten: false,
+        }
     }
 
     #[test]

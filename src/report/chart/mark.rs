@@ -121,8 +121,15 @@ impl Mark {
         d
     }
 
+    /// SVG path around the origin, of the size that charts have.
+    #[must_use]
+    pub fn path_at_origin(&self) -> String {
+        self.path(0.0, 0.0, super::draw::RADIUS)
+    }
+
     /// Fill and stroke as CSS values.
-    pub(super) fn paint(&self) -> (String, String) {
+    #[must_use]
+    pub fn paint(&self) -> (String, String) {
         let colour = self.colour.css();
         match self.shape {
             Shape::Cross => ("none".to_owned(), colour),
@@ -132,7 +139,8 @@ impl Mark {
     }
 
     /// Width of the stroke: that of a filled mark only sets it off from its neighbours.
-    pub(super) const fn stroke_width(&self) -> f64 {
+    #[must_use]
+    pub const fn stroke_width(&self) -> f64 {
         match self.shape {
             Shape::Cross => 2.4,
             _ if self.filled => 0.8,

@@ -6,6 +6,7 @@
 mod axis;
 mod draw;
 mod mark;
+mod standalone;
 
 pub use axis::{Axis, Scale};
 pub use draw::SIZE;
@@ -48,6 +49,10 @@ pub struct Point {
     pub mark: Mark,
     /// Shown when pointed at.
     pub title: String,
+    /// Number of its record.
+    pub cell: usize,
+    /// Whether it lies on a line of those that none beats.
+    pub unbeaten: bool,
 }
 
 /// A line through points.

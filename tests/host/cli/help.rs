@@ -15,6 +15,7 @@ const COMMANDS: [(&str, &[&str]); 13] = [
             "--list-cells",
             "--resume",
             "--shard",
+            "--cell",
             "--dims",
             "--dtype",
         ],

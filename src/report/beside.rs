@@ -1,0 +1,111 @@
+//! Every chart as files beside the report: `charts/<name>.svg` to be shown, `charts/<name>.csv` to be drawn anew.
+
+use std::path::Path;
+
+use super::ReportError;
+use super::chart::{Chart, Point};
+use super::page::STYLE;
+use crate::experiment::folder::CHARTS;
+use crate::experiment::record::{Record, Status};
+use crate::experiment::results::{ResultsError, write_whole};
+
+/// Longest name of a chart in bytes, before its ending.
+const LONGEST: usize = 120;
+
+/// A chart with its place in the page.
+#[derive(Debug)]
+pub(super) struct Figure {
+    /// File name without ending; no two are alike, not even in lower case.
+    pub(super) name: String,
+    pub(super) volume: String,
+    pub(super) caption: String,
+    /// The legend stands beside the drawing, not below.
+    pub(super) wide: bool,
+    pub(super) chart: Chart,
+}
+
+/// A name for files from the names of what a chart shows: letters, digits and `._=,-` alone. Where it had to be changed
+/// or cut, a checksum of the true names ends it; parts with a `-` of their own could blur the borders.
+pub(super) fn file_name(parts: &[&str]) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() || "._=,-".contains(c) { c } else { '_' };
+    let written: Vec<&str> = parts.iter().copied().filter(|p| !p.is_empty()).collect();
+    let true_name = written.join("-");
+    let mut name: String = true_name.chars().map(safe).collect();
+    if name.starts_with(['.', '-']) {
+        name.replace_range(..1, "_");
+    }
+    let [.., _] = parts else { return name };
+    let blurred = parts[..parts.len() - 1].iter().any(|part| part.contains('-'));
+    if blurred || name != true_name || name.len() > LONGEST {
+        name.truncate(LONGEST);
+        name += &format!("-{:08x}", crc32c::crc32c(parts.join("\0").as_bytes()));
+    }
+    name
+}
+
+/// Writes the files, each whole or not at all, and then removes those of charts that are no more.
+pub(super) fn write(dir: &Path, figures: &[Figure], records: &[Record]) -> Result<(), ReportError> {
+    let folder = dir.join(CHARTS);
+    if !figures.is_empty() {
+        std::fs::create_dir_all(&folder).map_err(|e| ResultsError::new(&folder, e))?;
+    }
+    let mut written = Vec::new();
+    for figure in figures {
+        let title = format!("{}: {}", figure.volume, figure.caption);
+        let svg = figure.chart.svg_file(&title, STYLE);
+        let csv = csv(&figure.chart, records).map_err(|e| ResultsError::new(&folder, e))?;
+        for (ending, bytes) in [("svg", svg.into_bytes()), ("csv", csv)] {
+            let name = format!("{}.{ending}", figure.name);
+            write_whole(&folder.join(&name), &bytes)?;
+            written.push(name);
+        }
+    }
+    for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if (name.ends_with(".svg") || name.ends_with(".csv")) && !written.contains(&name) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+    Ok(())
+}
+
+/// One line per mark, in the order of the records: the cell, the two values under the names of `results.csv`, and
+/// whether the mark lies on a line of those that none beats.
+fn csv(chart: &Chart, records: &[Record]) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let what = ["volume", "codec", "settings", "site", "filter", "renderer", "scene", "device", "status"];
+    writer.write_record(what.into_iter().chain([chart.x.field, chart.y.field, "unbeaten"]))?;
+    let shown = |p: &&Point| chart.x.shows(p.x) && chart.y.shows(p.y);
+    let mut points: Vec<&Point> = chart.points.iter().filter(shown).collect();
+    points.sort_by_key(|p| p.cell);
+    for point in points {
+        let Some(r) = records.get(point.cell) else { continue };
+        let status = if r.status == Status::Ok { "ok" } else { "failed" };
+        let cell = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene, &r.device];
+        let values = [point.x.to_string(), point.y.to_string(), point.unbeaten.to_string()];
+        let line = cell.map(String::as_str).into_iter().chain([status]);
+        writer.write_record(line.chain(values.iter().map(String::as_str)))?;
+    }
+    writer.into_inner().map_err(|e| e.into_error().into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_safe_short_and_different() {
+        assert_eq!(file_name(&["bonsai", "front", "", "frame-time"]), "bonsai-front-frame-time");
+        let names = [
+            file_name(&["a-b", "c", "x"]),
+            file_name(&["a", "b-c", "x"]),
+            file_name(&["../../etc", "c", "x"]),
+            file_name(&["..", "/etc-c", "x"]),
+            file_name(&[&"ü".repeat(300), "c", "x"]),
+        ];
+        for (i, name) in names.iter().enumerate() {
+            assert!(name.len() < 140 && !name.starts_with('.') && !name.contains('/'), "{name}");
+            assert!(names[..i].iter().all(|other| other != name), "{name}");
+        }
+    }
+}

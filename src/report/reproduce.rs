@@ -1,0 +1,142 @@
+//! The command that runs one cell again: that of the run, without what chose other cells or another folder.
+
+use cvr_core::codec::{SettingValue, Settings, Site};
+use cvr_core::pipeline::Cell;
+use cvr_core::render::Filter;
+
+use crate::experiment::machine::quoted;
+use crate::experiment::provenance::Provenance;
+use crate::experiment::record::Record;
+
+/// Options of `cvr run` that say which cells run or where results go, and whether a value follows.
+const DROPPED: [(&str, bool); 5] =
+    [("--out", true), ("--shard", true), ("--cell", true), ("--resume", false), ("--list-cells", false)];
+
+/// A folder of its own: a run empties the folder that it writes to, and these are not to replace all others.
+const OUT: &str = "results/one-cell";
+
+/// The name of a record's cell, as `cvr run --list-cells` prints it; `None` where its site or filter is unknown.
+pub(super) fn cell_id(record: &Record) -> Option<String> {
+    let mut settings = Settings::default();
+    for setting in record.settings.split_whitespace() {
+        let (name, value) = setting.split_once('=')?;
+        // The name of a cell shows values as text, of whatever kind they are.
+        settings.set(name, SettingValue::Text(value.to_owned()));
+    }
+    let cell = Cell {
+        volume: record.volume.clone(),
+        codec: record.codec.clone(),
+        settings,
+        scene: record.scene.clone(),
+        renderer: record.renderer.clone(),
+        site: Site::ALL.into_iter().find(|site| site.name() == record.site)?,
+        filter: Filter::ALL.into_iter().find(|filter| filter.name() == record.filter)?,
+    };
+    Some(cell.id())
+}
+
+/// The command that yields this record again, given the run's files and environment.
+pub(super) fn command(record: &Record, provenance: &Provenance) -> Option<String> {
+    let id = cell_id(record)?;
+    // Of what was merged, a run on the same device.
+    let runs = || provenance.parts.iter().filter(|part| part.records > 0);
+    let part = runs().find(|part| part.adapter == record.device).or_else(|| runs().next());
+    let line = part.map_or(&provenance.command_line, |part| &part.command_line);
+    let words = words(line)?;
+    let [program, run, rest @ ..] = words.as_slice() else { return None };
+    if run != "run" {
+        return None;
+    }
+    let mut kept = vec![program.clone(), run.clone()];
+    let mut rest = rest.iter();
+    while let Some(word) = rest.next() {
+        let name = word.split_once('=').map_or(word.as_str(), |(name, _)| name);
+        match DROPPED.iter().find(|(dropped, _)| *dropped == name) {
+            Some((_, true)) if name == word => _ = rest.next(),
+            Some(_) => {}
+            None => kept.push(word.clone()),
+        }
+    }
+    kept.extend(["--cell", &id, "--out", OUT].map(str::to_owned));
+    Some(kept.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" "))
+}
+
+/// The words of a command as [`quoted`] wrote them; `None` where a quote stays open.
+fn words(line: &str) -> Option<Vec<String>> {
+    let (mut words, mut word) = (Vec::new(), None::<String>);
+    let mut chars = line.chars();
+    while let Some(c) = chars.next() {
+        match c {
+            ' ' => words.extend(word.take()),
+            '\'' => {
+                let word = word.get_or_insert_default();
+                loop {
+                    match chars.next()? {
+                        '\'' => break,
+                        c => word.push(c),
+                    }
+                }
+            }
+            '\\' => word.get_or_insert_default().push(chars.next()?),
+            c => word.get_or_insert_default().push(c),
+        }
+    }
+    words.extend(word);
+    Some(words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::provenance::Part;
+    use crate::experiment::results::tests::record;
+
+    fn cell() -> Record {
+        Record {
+            settings: "block=8x8x4 index_bits=2".into(),
+            site: "inline".into(),
+            filter: "linear".into(),
+            renderer: "raycasting".into(),
+            scene: "front".into(),
+            device: "one".into(),
+            ..record("v", "s3dc")
+        }
+    }
+
+    #[test]
+    fn words_are_those_that_were_quoted() {
+        let all = ["cvr", "a b", "", "it's", r"back\slash", "--set", "x=[1, 2]"];
+        let line = all.map(quoted).join(" ");
+        assert_eq!(words(&line).unwrap(), all);
+        assert_eq!(words("cvr 'open"), None);
+    }
+
+    #[test]
+    fn what_chose_cells_or_folder_goes_and_what_chose_data_stays() {
+        let run =
+            "cvr run x.toml --out=far --resume --shard 1/2 --set 'scene.size=[9, 9]' --device cpu --out far";
+        let provenance = Provenance { command_line: run.into(), ..Default::default() };
+        assert_eq!(
+            command(&cell(), &provenance).unwrap(),
+            "cvr run x.toml --set 'scene.size=[9, 9]' --device cpu --cell \
+             v-s3dc-block=8x8x4,index_bits=2-front-raycasting-inline-linear --out results/one-cell"
+        );
+        let part = |adapter: &str, config: &str| Part {
+            adapter: adapter.into(),
+            records: 1,
+            command_line: format!("cvr run {config}"),
+            ..Default::default()
+        };
+        let merged = Provenance {
+            command_line: "cvr merge a b --out c".into(),
+            parts: vec![part("two", "b.toml"), part("one", "a.toml")],
+            ..Default::default()
+        };
+        assert!(command(&cell(), &merged).unwrap().starts_with("cvr run a.toml --cell "));
+        for line in ["", "cvr merge a --out b", "cvr run 'x"] {
+            let provenance = Provenance { command_line: line.into(), ..Default::default() };
+            assert_eq!(command(&cell(), &provenance), None, "{line}");
+        }
+        assert_eq!(command(&Record { site: "moon".into(), ..cell() }, &provenance), None);
+    }
+}
