@@ -19,6 +19,7 @@ mod host {
     mod records;
     mod resume;
     mod scene_combinations;
+    mod schema;
     mod shader_text;
     mod shards;
     mod spacing;

@@ -135,12 +135,14 @@ fn both_know_the_same_keys() {
     }
 }
 
+/// A configuration into which a line is put.
+type WithLine = Box<dyn Fn(&str) -> String>;
+
 /// The tables of the schema, each with a configuration that holds it and into which a line can be put.
-fn tables() -> Vec<(&'static str, Box<dyn Fn(&str) -> String>)> {
-    let replaced =
-        |from: &'static str, before: &'static str, after: &'static str| -> Box<dyn Fn(&str) -> String> {
-            Box::new(move |line| EXAMPLE.replacen(from, &format!("{before}{line}{after}"), 1))
-        };
+fn tables() -> Vec<(&'static str, WithLine)> {
+    let replaced = |from: &'static str, before: &'static str, after: &'static str| -> WithLine {
+        Box::new(move |line| EXAMPLE.replacen(from, &format!("{before}{line}{after}"), 1))
+    };
     let camera = EXAMPLE.lines().find(|line| line.starts_with("camera")).unwrap();
     let file = "file = \"$CVR_DATA/bonsai.nrrd\"";
     vec![

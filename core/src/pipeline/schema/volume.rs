@@ -27,7 +27,11 @@ pub(super) fn tables(known: &Known<'_>) -> Vec<(String, Table)> {
     let list = Shape::List { item: Box::new(Shape::Path), least: 1 };
     let files = Key::required("files", list, "Files, folders or patterns whose frames follow each other");
     let generators = known.generators.iter().map(|&name| (name.to_owned(), String::new())).collect();
-    let generate = Key::required("generate", Shape::Words(generators), "A computed volume");
+    let generate = Key::required(
+        "generate",
+        Shape::Words(generators),
+        "A formula; where chance has a part in it, the experiment's seed decides",
+    );
     vec![
         ("file".to_owned(), from_files("A volume from a file.", file)),
         ("files".to_owned(), from_files("A volume from several files.", files)),
@@ -102,5 +106,5 @@ fn generated(source: Key) -> Table {
         Key::with_default("dtype", words(SampleType::ALL.map(SampleType::name)), "\"u8\"", "Number type"),
         Key::with_default("frames", frames(), "1", "Time steps"),
     ];
-    Table::new("A computed volume, the same on every machine. Its spacing is 1.", keys)
+    Table::new("A volume from a formula. Its spacing is 1.", keys)
 }
