@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    check_config, codecs, convert, decode, devices, encode, info, merge, presets, render, renderers, run,
-    shader,
+    check_config, codecs, convert, decode, devices, encode, explain, info, merge, presets, render, renderers,
+    run, schema, shader,
 };
 use crate::exit::{BAD_INPUT, BadInput};
 
@@ -23,6 +23,7 @@ Examples:
   cvr run configs/quickstart.toml                       compare codecs on an embedded volume
   cvr run configs/compare.toml --volume head.nrrd       the same comparison on your own volume
   cvr run configs/compare.toml --resume                 go on where a run was stopped
+  cvr explain configs/compare.toml                      what that would run, in what time and memory
   cvr merge half1 half2 --out both                      join what two shards have measured
   cvr encode head.nrrd head.cvr --codec s3dc --set block=8
   cvr info 'viscous/step*.raw' --dims 64x64x64 --dtype f32
@@ -41,6 +42,10 @@ enum Command {
     Merge(merge::Args),
     /// Read a configuration and say what it would run, or what is wrong with it.
     CheckConfig(check_config::Args),
+    /// Say before anything runs what a configuration would run, and about how long and in how much memory.
+    Explain(explain::Args),
+    /// Print what a configuration may hold: the JSON Schema by which editors check and complete it.
+    Schema(schema::Args),
     /// Encode a volume.
     Encode(encode::Args),
     /// Decode an encoded volume to NRRD.
@@ -70,6 +75,8 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::CheckConfig(args) => check_config::run(&args),
+        Command::Explain(args) => explain::run(&args),
+        Command::Schema(args) => schema::run(&args),
         Command::Encode(args) => encode::run(&args),
         Command::Decode(args) => decode::run(&args),
         Command::Render(args) => render::run(&args),

@@ -5,6 +5,7 @@ mod say;
 
 pub mod cli;
 pub mod commands;
+pub mod estimate;
 pub mod exit;
 pub mod experiment;
 pub mod input;

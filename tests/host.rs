@@ -21,6 +21,7 @@ mod host {
     mod report_page;
     mod resume;
     mod scene_combinations;
+    mod schema;
     mod shader_text;
     mod shards;
     mod skipping;

@@ -9,8 +9,17 @@ use super::config_file::ConfigFile;
 use crate::exit::BadInput;
 use crate::registry::Names;
 
+const EXAMPLES: &str = "\
+Examples:
+  cvr check-config configs/compare.toml
+  cvr check-config configs/compare.toml --set codec.s3dc.block=[2,4] --set pipeline.site=inline
+
+`cvr explain` says the same in groups, with the volumes, and estimates time and memory; `cvr schema` lets an editor
+check while you write.";
+
 /// Arguments of `cvr check-config`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The configuration.
     config: PathBuf,

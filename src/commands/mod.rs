@@ -6,12 +6,14 @@ pub mod convert;
 pub mod decode;
 pub mod devices;
 pub mod encode;
+pub mod explain;
 pub mod info;
 pub mod merge;
 pub mod presets;
 pub mod render;
 pub mod renderers;
 pub mod run;
+pub mod schema;
 pub mod shader;
 
 mod config_file;

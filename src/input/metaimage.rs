@@ -8,8 +8,8 @@ use cvr_core::volume::StoredType;
 
 use super::header::{Field, Fields, HeaderText, is_file_pattern};
 use super::layout::{Shape, StoredLayout};
-use super::payload::{Encoding, Payload, Skip};
-use super::{ByteOrder, InputError, InputVolume, Place};
+use super::payload::{Described, Encoding, Payload, Skip};
+use super::{ByteOrder, InputError, Place};
 
 /// MetaImage has no magic; these keys begin the files that MetaIO and others write.
 pub(super) fn looks_like(text: &HeaderText) -> bool {
@@ -18,8 +18,8 @@ pub(super) fn looks_like(text: &HeaderText) -> bool {
     matches!(key, Some("ObjectType" | "NDims" | "Comment"))
 }
 
-/// Reads the volume that this header describes.
-pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
+/// Reads the header of a volume.
+pub(super) fn read(text: &HeaderText) -> Result<Described, InputError> {
     let (fields, data_offset) = parse(text)?;
     if let Some(object) = fields.get("objecttype")
         && !object.value.eq_ignore_ascii_case("Image")
@@ -75,7 +75,7 @@ pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
     let byte_order = byte_order(&fields)?;
     let payload =
         Payload { file, place, offset, skip_lines: 0, skip, stored_bytes, encoding, byte_order, scale: None };
-    payload.read(&layout)
+    Ok(Described { layout, payload, axes: Vec::new() })
 }
 
 /// The fields up to `ElementDataFile`, which ends the header, and the offset behind that line.

@@ -10,6 +10,7 @@
 
 mod axes;
 mod error;
+mod format;
 mod generate;
 mod header;
 mod layout;
@@ -32,16 +33,14 @@ pub use error::{InputError, Place};
 pub use generate::{Generator, generate, generate_frames};
 pub use npy::write_npy;
 pub use nrrd::write_nrrd;
-pub use source::{found, read};
+pub use source::{found, layout, read};
 pub use volume::InputVolume;
 
 use std::path::Path;
 
 use cvr_core::volume::DenseVolume;
 
-use header::HeaderText;
-use payload::Encoding;
-use slices::Pictures;
+use format::open_one;
 
 /// Largest volume that is read or generated, in bytes of uncompressed samples.
 pub const MAX_VOLUME_BYTES: u64 = 1 << 33;
@@ -69,47 +68,5 @@ pub fn open(path: &Path) -> Result<DenseVolume, InputError> {
 /// When the file cannot be read or has another length, the spacing is not positive and finite, or the volume
 /// is larger than [`MAX_VOLUME_BYTES`].
 pub fn open_raw(path: &Path, raw: &RawLayout) -> Result<DenseVolume, InputError> {
-    raw::read(path, raw).map(|input| input.volume)
-}
-
-fn open_one(path: &Path) -> Result<InputVolume, InputError> {
-    if path.is_dir() {
-        return slices::read_folder(path);
-    }
-    let text = HeaderText::read(path)?;
-    let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
-    if nrrd::has_magic(&text) {
-        return nrrd::read(&text);
-    }
-    if npy::has_magic(&text) {
-        return npy::read(&text);
-    }
-    if let Some(pictures) = Pictures::of(text.bytes()) {
-        return slices::read_file(&text, pictures);
-    }
-    if text.starts_with(&[0x1f, 0x8b]) {
-        let start = nifti::unpacked_start(&text)?;
-        if nifti::looks_like(&start) || extension.eq_ignore_ascii_case("gz") {
-            return nifti::read(&text, &start, Encoding::Gzip);
-        }
-    }
-    if nifti::looks_like(text.bytes()) {
-        return nifti::read(&text, text.bytes(), Encoding::Raw);
-    }
-    if vti::looks_like(text.bytes()) {
-        return vti::read(&text);
-    }
-    if metaimage::looks_like(&text) {
-        return metaimage::read(&text);
-    }
-    match extension.to_ascii_lowercase().as_str() {
-        "nrrd" | "nhdr" => nrrd::read(&text),
-        "mha" | "mhd" => metaimage::read(&text),
-        "nii" => nifti::read(&text, text.bytes(), Encoding::Raw),
-        "vti" => vti::read(&text),
-        "npy" => npy::read(&text),
-        "tif" | "tiff" => slices::read_file(&text, Pictures::Tiff),
-        "png" => slices::read_file(&text, Pictures::Png),
-        _ => Err(InputError::UnknownFormat { place: Place::file(path), extension, start: text.start() }),
-    }
+    raw::read(path, raw)?.read().map(|input| input.volume)
 }

@@ -9,12 +9,12 @@ use cvr_core::volume::StoredType;
 use flate2::bufread::MultiGzDecoder;
 use nifti::{Endianness, NiftiHeader};
 
-use super::axes::{Axis, rearranged};
+use super::axes::Axis;
 use super::header::HeaderText;
 use super::layout::{Shape, StoredLayout};
-use super::payload::{Encoding, Payload, Skip, open_regular};
+use super::payload::{Described, Encoding, Payload, Skip, open_regular};
 use super::samples::{Scale, fill};
-use super::{ByteOrder, InputError, InputVolume, Place};
+use super::{ByteOrder, InputError, Place};
 
 /// Bytes of the header.
 const HEADER_BYTES: usize = 348;
@@ -42,8 +42,8 @@ pub(super) fn unpacked_start(text: &HeaderText) -> Result<Vec<u8>, InputError> {
     Ok(bytes)
 }
 
-/// Reads the volume whose (decompressed) file begins with `start`.
-pub(super) fn read(text: &HeaderText, start: &[u8], encoding: Encoding) -> Result<InputVolume, InputError> {
+/// Reads the header of a volume whose (decompressed) file begins with `start`.
+pub(super) fn read(text: &HeaderText, start: &[u8], encoding: Encoding) -> Result<Described, InputError> {
     let path = text.path();
     let place = |field: &str| Place::part(path, format!("field `{field}`"));
     let unsupported = |field: &str, found: String, supported: &str| InputError::Unsupported {
@@ -113,7 +113,7 @@ pub(super) fn read(text: &HeaderText, start: &[u8], encoding: Encoding) -> Resul
         byte_order: if header.endianness == Endianness::Big { ByteOrder::Big } else { ByteOrder::Little },
         scale,
     };
-    rearranged(payload.read(&layout)?, &axes, &payload.place)
+    Ok(Described { layout, payload, axes })
 }
 
 const TYPES: &str = "u8 (2), i8 (256), u16 (512), i16 (4), u32 (768), i32 (8), u64 (1280), i64 (1024), f32 (16), \

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 
+use super::axes::{Axis, rearranged};
 use super::layout::StoredLayout;
 use super::samples::{ReadFault, SampleSink, Scale, fill, read_samples};
 use super::{ByteOrder, InputError, InputVolume, Place};
@@ -58,6 +59,38 @@ pub(super) struct Payload {
     pub byte_order: ByteOrder,
     /// What is done to every sample.
     pub scale: Option<Scale>,
+}
+
+/// A volume whose header is read and whose voxels are not.
+#[derive(Debug)]
+pub(super) struct Described {
+    pub layout: StoredLayout,
+    pub payload: Payload,
+    /// What the file's axes are, fastest first; empty where they are those of memory.
+    pub axes: Vec<Axis>,
+}
+
+impl Described {
+    /// Reads the voxels.
+    ///
+    /// # Errors
+    /// As [`Payload::read`].
+    pub fn read(self) -> Result<InputVolume, InputError> {
+        rearranged(self.payload.read(&self.layout)?, &self.axes, &self.payload.place)
+    }
+
+    /// The layout, once the voxels are known to be there: the file exists, and uncompressed ones fill it.
+    ///
+    /// # Errors
+    /// When they are not.
+    pub fn checked(self) -> Result<StoredLayout, InputError> {
+        let Payload { file, place, offset, skip_lines, encoding, .. } = &self.payload;
+        let (_, length) = open_regular(file, place)?;
+        if *encoding == Encoding::Raw && *skip_lines == 0 {
+            self.payload.raw_start(*offset, length, &self.layout)?;
+        }
+        Ok(self.layout)
+    }
 }
 
 /// A deflate stream holds at most 1032 times its own bytes: 258 bytes per match of two one-bit codes.

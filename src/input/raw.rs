@@ -5,11 +5,11 @@ use std::path::Path;
 use cvr_core::pipeline::RawLayout;
 
 use super::layout::{Shape, StoredLayout};
-use super::payload::{Encoding, Payload, Skip};
-use super::{InputError, InputVolume, Place};
+use super::payload::{Described, Encoding, Payload, Skip};
+use super::{InputError, Place};
 
-/// Reads a headerless file, whose voxels must fill it from `skip_bytes` to its end exactly.
-pub(super) fn read(path: &Path, raw: &RawLayout) -> Result<InputVolume, InputError> {
+/// A headerless file, whose voxels must fill it from `skip_bytes` to its end exactly.
+pub(super) fn read(path: &Path, raw: &RawLayout) -> Result<Described, InputError> {
     let place = Place::file(path);
     let shape = Shape { dims: raw.extent.to_array(), channels: raw.channels, frames: raw.frames };
     let layout = StoredLayout::new(&place, shape, raw.spacing, raw.stored)?;
@@ -24,5 +24,5 @@ pub(super) fn read(path: &Path, raw: &RawLayout) -> Result<InputVolume, InputErr
         byte_order: raw.byte_order,
         scale: None,
     };
-    payload.read(&layout)
+    Ok(Described { layout, payload, axes: Vec::new() })
 }

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use cvr_core::pipeline::RawLayout;
 use cvr_core::volume::{BrickSource as _, DenseVolume, Samples, VolumeLayout};
 
+use super::format::{layout_one, open_one};
 use super::slices::{files_of, natural_order};
-use super::{InputError, InputVolume, MAX_VOLUME_BYTES, Place, open_one, raw};
+use super::{InputError, InputVolume, MAX_VOLUME_BYTES, Place, raw};
 
 /// Reads the volume that these files make up. Each may be a pattern (`step*.raw`, matched where no file has that very
 /// name, in the order of the numbers in the names); a folder holds slices, or, of headerless files, frames. Where
@@ -25,7 +26,7 @@ pub fn read(
 ) -> Result<InputVolume, InputError> {
     let found = found(files, raw.is_some())?;
     let read_one = |file: &Path| match raw {
-        Some(raw) => raw::read(file, raw),
+        Some(raw) => raw::read(file, raw)?.read(),
         None => open_one(file),
     };
     let Some((first, others)) = found.split_first() else {
@@ -43,6 +44,32 @@ pub fn read(
         Some(spacing) => spaced(volume, spacing, first),
         None => Ok(volume),
     }
+}
+
+/// The layout of the volume that [`read`] would read, from headers alone: no voxel is read, and files are opened one
+/// after the other. `None` of slices, whose number and size show when they are read.
+///
+/// # Errors
+/// When there is no file, one is missing, its header is damaged or hostile, or it is cut short as far as its length
+/// tells. That files are alike shows when they are read.
+pub fn layout(
+    files: &[PathBuf],
+    raw: Option<&RawLayout>,
+    spacing: Option<[f64; 3]>,
+) -> Result<Option<VolumeLayout>, InputError> {
+    let mut whole: Option<VolumeLayout> = None;
+    for file in found(files, raw.is_some())? {
+        let one = match raw {
+            Some(raw) => Some(raw::read(&file, raw)?.checked()?),
+            None => layout_one(&file)?,
+        };
+        let Some(one) = one else { return Ok(None) };
+        match &mut whole {
+            Some(whole) => whole.frames = whole.frames.saturating_add(one.layout.frames),
+            None => whole = Some(one.layout),
+        }
+    }
+    Ok(whole.map(|layout| VolumeLayout { spacing: spacing.unwrap_or(layout.spacing), ..layout }))
 }
 
 /// The files, or folders of slices, that these paths stand for, in the order in which they are read.

@@ -31,6 +31,7 @@ pub(super) fn cell_id(record: &Record) -> Option<String> {
         renderer: record.renderer.clone(),
         site: Site::ALL.into_iter().find(|site| site.name() == record.site)?,
         filter: Filter::ALL.into_iter().find(|filter| filter.name() == record.filter)?,
+        skipping: record.skipping,
     };
     Some(cell.id())
 }

@@ -15,6 +15,7 @@ mod parse;
 mod read;
 mod resolve;
 mod scene;
+mod schema;
 mod suggest;
 #[cfg(test)]
 mod tests;
@@ -29,3 +30,4 @@ pub use file_path::{FilePath, FilePathError, UnsetVariable};
 pub use parse::{InvalidExperiment, Known};
 pub use resolve::{Capabilities, Reason, Refusal, Resolution, resolve, unsupported};
 pub use scene::{Scene, TransferDomain};
+pub use schema::{json_schema, markdown};

@@ -13,11 +13,11 @@ pub use write::write_npy;
 use cvr_core::volume::StoredType;
 use ndarray_npy::npy::header::{Header, Layout};
 
-use super::axes::{Axis, rearranged};
+use super::axes::Axis;
 use super::header::{HeaderText, shown};
 use super::layout::{Shape, StoredLayout};
-use super::payload::{Encoding, Payload, Skip};
-use super::{ByteOrder, InputError, InputVolume, Place};
+use super::payload::{Described, Encoding, Payload, Skip};
+use super::{ByteOrder, InputError, Place};
 
 /// Longest header that is parsed, in bytes. NumPy writes some hundred.
 const MAX_HEADER_BYTES: usize = 1 << 16;
@@ -28,8 +28,8 @@ pub(super) fn has_magic(text: &HeaderText) -> bool {
     text.starts_with(b"\x93NUMPY")
 }
 
-/// Reads the volume of this file.
-pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
+/// Reads the header of a volume.
+pub(super) fn read(text: &HeaderText) -> Result<Described, InputError> {
     let path = text.path();
     let malformed = |problem: String, remedy: &str| InputError::Header {
         place: Place::part(path, "header"),
@@ -69,7 +69,7 @@ pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
         byte_order,
         scale: None,
     };
-    rearranged(payload.read(&layout)?, &fastest_first, &payload.place)
+    Ok(Described { layout, payload, axes: fastest_first })
 }
 
 /// Length of magic, version, length and dictionary, which lie within `bytes` and are not too deep for the parser.

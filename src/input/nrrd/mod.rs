@@ -12,11 +12,10 @@ use std::path::{Path, PathBuf};
 
 use cvr_core::volume::StoredType;
 
-use super::axes::rearranged;
 use super::header::{Field, Fields, HeaderText, is_file_pattern, shown};
 use super::layout::StoredLayout;
-use super::payload::{Encoding, Payload, Skip};
-use super::{ByteOrder, InputError, InputVolume, Place};
+use super::payload::{Described, Encoding, Payload, Skip};
+use super::{ByteOrder, InputError, Place};
 
 const TYPES: &str =
     "uint8, int8, uint16, int16, uint32, int32, uint64, int64, float, double (and their synonyms)";
@@ -65,8 +64,8 @@ pub(super) fn has_magic(text: &HeaderText) -> bool {
     text.starts_with(b"NRRD")
 }
 
-/// Reads the volume that this header describes.
-pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
+/// Reads the header of a volume.
+pub(super) fn read(text: &HeaderText) -> Result<Described, InputError> {
     let (fields, data_offset) = parse(text)?;
     let dimension = axes::dimension(&fields)?;
     let stored = sample_type(fields.require("type", "type: uint8")?)?;
@@ -103,7 +102,7 @@ pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
             });
         }
     }
-    rearranged(payload.read(&layout)?, &read.axes, &payload.place)
+    Ok(Described { layout, payload, axes: read.axes })
 }
 
 /// The fields, and the offset behind the empty line that ends the header (`None`: no such line).

@@ -29,6 +29,16 @@ pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
     let path = text.path();
     let header = xml::parse(path)?;
     let array = chosen(&header, path)?;
+    data::read(path, &header, array, &layout_of(&header, array)?)
+}
+
+/// Its layout alone.
+pub(super) fn layout(text: &HeaderText) -> Result<StoredLayout, InputError> {
+    let header = xml::parse(text.path())?;
+    layout_of(&header, chosen(&header, text.path())?)
+}
+
+fn layout_of(header: &Header, array: &Array) -> Result<StoredLayout, InputError> {
     let dims = match array.association {
         Association::Points => header.points,
         // An axis of one point has no cells along it, and is one cell thick.
@@ -45,8 +55,7 @@ pub(super) fn read(text: &HeaderText) -> Result<InputVolume, InputError> {
         }
     };
     let shape = Shape { dims, channels, frames: 1 };
-    let layout = StoredLayout::new(&array.place, shape, header.spacing, array.stored)?;
-    data::read(path, &header, array, &layout)
+    StoredLayout::new(&array.place, shape, header.spacing, array.stored)
 }
 
 /// The active scalars of the points, or their only array; without any, those of the cells.

@@ -3,7 +3,7 @@
 use super::super::folder::Folder;
 
 /// Every command with the options that it has of its own.
-const COMMANDS: [(&str, &[&str]); 13] = [
+const COMMANDS: [(&str, &[&str]); 15] = [
     (
         "run",
         &[
@@ -22,6 +22,8 @@ const COMMANDS: [(&str, &[&str]); 13] = [
     ),
     ("merge", &["<DIR>", "--out"]),
     ("check-config", &["<CONFIG>", "--set"]),
+    ("explain", &["<CONFIG>", "--set", "--volume", "--device", "--no-estimate", "--dims", "Examples:"]),
+    ("schema", &["--out", "--markdown", "#:schema", "Examples:"]),
     ("encode", &["<VOLUME>", "<OUT>", "--codec", "--set", "--dims", "--dtype", "--byte-order", "--spacing"]),
     ("decode", &["<CONTAINER>", "<OUT>", "--float"]),
     (

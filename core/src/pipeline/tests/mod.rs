@@ -11,6 +11,7 @@ mod resolving;
 
 use std::sync::Arc;
 
+use super::schema::tests::agrees;
 use super::{Document, Experiment, Known};
 use crate::codec::{
     Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Registry, Setting, SettingKind, Settings,
@@ -20,7 +21,7 @@ use crate::container::EncodedVolume;
 use crate::render::RendererInfo;
 
 /// The configuration of the documentation, word for word.
-const EXAMPLE: &str = include_str!("../../../../docs/example.toml");
+pub(super) const EXAMPLE: &str = include_str!("../../../../docs/example.toml");
 
 #[derive(Debug)]
 struct FakeCodec(CodecInfo);
@@ -55,7 +56,7 @@ impl Codec for FakeCodec {
     }
 }
 
-fn registry() -> Registry {
+pub(super) fn registry() -> Registry {
     let info = CodecInfo {
         id: "raw",
         summary: "",
@@ -101,7 +102,7 @@ fn registry() -> Registry {
     registry
 }
 
-fn known(codecs: &Registry) -> Known<'_> {
+pub(super) fn known(codecs: &Registry) -> Known<'_> {
     Known { codecs, renderers: &[&RAYCASTING, &SLICING], generators: &["shepp-logan", "marschner-lobb"] }
 }
 
@@ -126,14 +127,17 @@ const SLICING: RendererInfo = RendererInfo {
     ],
 };
 
-/// Reads a configuration with overrides; the error is the text that a user would see.
+/// Reads a configuration with overrides; the error is the text that a user would see. The schema for editors is held to
+/// what comes out.
 fn read(text: &str, overrides: &[&str]) -> Result<Experiment, String> {
     let registry = registry();
     let mut document = Document::parse("x.toml", text).map_err(|e| e.to_string())?;
     for assignment in overrides {
         document.set(assignment).map_err(|e| e.to_string())?;
     }
-    document.experiment(&known(&registry)).map_err(|e| e.to_string())
+    let experiment = document.experiment(&known(&registry));
+    agrees(&document, experiment.as_ref().err().map(|e| e.0.as_slice()));
+    experiment.map_err(|e| e.to_string())
 }
 
 /// The example with one piece replaced.

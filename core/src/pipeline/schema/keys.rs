@@ -1,0 +1,95 @@
+//! The configuration as a whole, `[experiment]` and `[pipeline]`.
+
+use super::shape::{Key, Relation, Shape, Table};
+use super::{Known, codecs, scene, volume, words};
+use crate::codec::{Setting, Site};
+use crate::render::Filter;
+
+/// All that a configuration holds.
+pub(super) fn configuration(known: &Known<'_>) -> Table {
+    let list = |tables| Shape::Tables(tables);
+    let keys = vec![
+        Key::required("experiment", Shape::Table(experiment()), "Name and seed"),
+        Key::required("volume", list(volume::tables(known)), "What is drawn; one table for each volume"),
+        Key::required(
+            "codec",
+            list(codecs::tables(known)),
+            "What compresses; one table for each codec, or for each way to set one",
+        ),
+        Key::required("pipeline", Shape::Table(pipeline(known)), "How pictures are made"),
+        Key::required(
+            "scene",
+            list(vec![("scene".to_owned(), scene::table())]),
+            "What the volumes look like; one table for each scene",
+        ),
+    ];
+    Table::new(
+        "An experiment of cvr: the product volumes × codecs × settings × scenes × renderers × sites × filters × skipping. \
+         Each combination that is possible is a cell, and each cell yields one record.",
+        keys,
+    )
+}
+
+fn experiment() -> Table {
+    let seed = Shape::Integer { min: 0, max: i64::MAX };
+    let keys = vec![
+        Key::required("name", Shape::Name, "Name of the experiment, of its report and of its folder"),
+        Key::with_default("seed", seed, "0", "Seed of everything that is drawn by chance"),
+    ];
+    Table::new("Name and seed of the experiment.", keys)
+}
+
+/// The settings of all renderers, each with the renderers that have it.
+fn renderer_settings<'a>(known: &Known<'a>) -> Vec<(&'a Setting, Vec<String>)> {
+    let mut all: Vec<(&Setting, Vec<String>)> = Vec::new();
+    for info in known.renderers {
+        for setting in info.settings {
+            match all.iter_mut().find(|(other, _)| other.name == setting.name && other.kind == setting.kind) {
+                Some((_, owners)) => owners.push(info.id.to_owned()),
+                None => all.push((setting, vec![info.id.to_owned()])),
+            }
+        }
+    }
+    all
+}
+
+fn pipeline(known: &Known<'_>) -> Table {
+    let axis = |words| Shape::Axis(Box::new(Shape::Words(words)));
+    let renderers = known.renderers.iter().map(|r| (r.id.to_owned(), r.summary.to_owned())).collect();
+    let sites = Site::ALL.map(|site| (site.name().to_owned(), words::site(site).to_owned()));
+    let filters = Filter::ALL.map(|filter| (filter.name().to_owned(), words::filter(filter).to_owned()));
+    let mut keys = vec![
+        Key::required("renderer", axis(renderers), "What draws"),
+        Key::required("site", axis(sites.into()), "Where voxels are decoded"),
+        Key::required("filter", axis(filters.into()), "How values between voxels are found"),
+        Key::with_default(
+            "skipping",
+            Shape::Axis(Box::new(Shape::Boolean)),
+            "false",
+            "Whether macrocells in which the scene shows nothing are skipped",
+        ),
+    ];
+    let settings = renderer_settings(known);
+    let mut named: Vec<(String, Vec<String>)> = Vec::new();
+    for (setting, owners) in settings {
+        let shape = Shape::Sweep(Box::new(Shape::Setting(setting.kind)));
+        let doc = format!("Of renderer {}: {}", owners.join(", "), setting.doc);
+        match named.iter_mut().zip(&mut keys[4..]).find(|((name, _), _)| name == setting.name) {
+            // One name for two things: what is allowed depends on the renderers that are named.
+            Some(((_, all), key)) => {
+                let first = std::mem::replace(&mut key.shape, Shape::Boolean);
+                key.shape = Shape::Any(vec![first, shape]);
+                key.doc = format!("{}. {doc}", key.doc);
+                all.extend(owners);
+            }
+            None => {
+                let default = codecs::written(setting.kind, setting.default);
+                keys.push(Key::with_default(setting.name, shape, default, doc));
+                named.push((setting.name.to_owned(), owners));
+            }
+        }
+    }
+    let doc = "How pictures are made: the product of these lists, without the pairs that cannot be. Settings of renderers \
+               stand beside them.";
+    Table { relation: Some(Relation::RendererSettings(named)), ..Table::new(doc, keys) }
+}

@@ -1,0 +1,155 @@
+//! The terms in which keys are described.
+
+use crate::codec::SettingKind;
+
+/// A table and its keys; it has no others.
+pub(super) struct Table {
+    /// What it describes, in one or two sentences.
+    pub doc: String,
+    /// Its keys, in the order in which they are shown.
+    pub keys: Vec<Key>,
+    /// Keys that ask for others: `(key, others)`.
+    pub needs: Vec<(&'static str, &'static [&'static str])>,
+    /// What keys mean to each other beyond `needs`.
+    pub relation: Option<Relation>,
+}
+
+/// A relation between keys of one table.
+pub(super) enum Relation {
+    /// A transfer function by name lies over `"range"`; so do control points between 0 and 1.
+    TransferDomain,
+    /// These keys are settings of renderers, `(key, renderers)`, one of which must be named.
+    RendererSettings(Vec<(String, Vec<String>)>),
+}
+
+/// A key of a table.
+pub(super) struct Key {
+    pub name: String,
+    /// What it does; a sentence without its full stop.
+    pub doc: String,
+    pub shape: Shape,
+    pub presence: Presence,
+    /// Unit of its numbers; empty where it has none.
+    pub unit: &'static str,
+}
+
+/// Whether a key must be there.
+pub(super) enum Presence {
+    Required,
+    /// The value that its absence stands for, written as TOML.
+    Default(String),
+    /// What its absence means, in words.
+    Absent(&'static str),
+}
+
+/// What values a key takes.
+pub(super) enum Shape {
+    /// A name: not blank, no control characters.
+    Name,
+    /// A path: `$NAME` and `${NAME}` are environment variables.
+    Path,
+    /// Any text.
+    Text,
+    Boolean,
+    /// A whole number, both ends included.
+    Integer {
+        min: i64,
+        max: i64,
+    },
+    Number(Bounds),
+    /// One of these words, each with what it means (or nothing).
+    Words(Vec<(String, String)>),
+    /// `"#rrggbb"`, and `"#rrggbbaa"` where an opacity may stand.
+    Colour {
+        opacity: bool,
+    },
+    /// A setting of a codec or renderer.
+    Setting(SettingKind),
+    /// A list of exactly these.
+    Tuple(Vec<Self>),
+    /// A list of at least so many; with names for what stands in it.
+    List {
+        item: Box<Self>,
+        least: usize,
+    },
+    /// One value, or a list of at least one, none twice.
+    Axis(Box<Self>),
+    /// One value, or a list of at least one: each is tried.
+    Sweep(Box<Self>),
+    /// Any of these.
+    Any(Vec<Self>),
+    Table(Table),
+    /// A list of tables, each of one of these kinds.
+    Tables(Vec<(String, Table)>),
+}
+
+/// Bounds of a number; `None` is none.
+#[derive(Copy, Clone, Default)]
+pub(super) struct Bounds {
+    /// Lowest.
+    pub min: Option<f64>,
+    /// Greater than this.
+    pub above: Option<f64>,
+    /// Highest.
+    pub max: Option<f64>,
+    /// Less than this.
+    pub below: Option<f64>,
+}
+
+impl Bounds {
+    pub const ANY: Self = Self { min: None, above: None, max: None, below: None };
+    /// Above 0.
+    pub const POSITIVE: Self = Self { above: Some(0.0), ..Self::ANY };
+    /// From 0 to 1.
+    pub const SHARE: Self = Self::range(0.0, 1.0);
+    /// Finite in single precision.
+    pub const SINGLE: Self = Self::range(f32::MIN as f64, f32::MAX as f64);
+
+    pub const fn range(min: f64, max: f64) -> Self {
+        Self { min: Some(min), max: Some(max), ..Self::ANY }
+    }
+}
+
+impl Key {
+    pub fn new(name: &str, shape: Shape, presence: Presence, doc: impl Into<String>) -> Self {
+        Self { name: name.to_owned(), doc: doc.into(), shape, presence, unit: "" }
+    }
+
+    pub fn required(name: &str, shape: Shape, doc: impl Into<String>) -> Self {
+        Self::new(name, shape, Presence::Required, doc)
+    }
+
+    /// `default` is written as in a configuration.
+    pub fn with_default(
+        name: &str,
+        shape: Shape,
+        default: impl Into<String>,
+        doc: impl Into<String>,
+    ) -> Self {
+        Self::new(name, shape, Presence::Default(default.into()), doc)
+    }
+
+    pub fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+}
+
+impl Table {
+    pub fn new(doc: impl Into<String>, keys: Vec<Key>) -> Self {
+        Self { doc: doc.into(), keys, needs: Vec::new(), relation: None }
+    }
+}
+
+impl Shape {
+    /// The words that may stand there, at any depth but that of tables; each with its meaning, or nothing.
+    pub fn words(&self) -> &[(String, String)] {
+        match self {
+            Self::Words(words) => words,
+            Self::Axis(item) | Self::Sweep(item) | Self::List { item, .. } => item.words(),
+            Self::Any(shapes) => {
+                shapes.iter().map(Self::words).find(|words| !words.is_empty()).unwrap_or(&[])
+            }
+            _ => &[],
+        }
+    }
+}

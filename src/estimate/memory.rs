@@ -1,0 +1,120 @@
+//! Memory that a run holds at its height.
+
+use cvr_core::codec::{Settings, Site};
+use cvr_core::pipeline::{Cell, Resolution};
+use cvr_core::volume::VolumeLayout;
+
+use super::Trials;
+use crate::experiment::stage::RAW;
+use crate::registry::Names;
+
+/// What is counted, as a sentence for whoever reads the figures.
+pub const COUNTED: &str = "Counted in main memory: every original at once, and, of one volume and one codec at a time, \
+     the encoded stream and the decoded frame in single precision, both also of raw, the baseline. On the device: the \
+     texture and buffers of raw, and texture, buffers or both of the cell, as its site asks. Not counted: pictures, \
+     scratch space of encoders and of passes, a second copy where a file's axes are reordered.";
+
+/// Bytes.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Memory {
+    /// In main memory.
+    pub main_bytes: u64,
+    /// On the device; nothing is there where the CPU mirror draws.
+    pub device_bytes: u64,
+}
+
+/// What a codec with its settings holds for a volume: stream and frame, and at each site.
+struct Held {
+    main: f64,
+    texture: f64,
+    buffers: f64,
+}
+
+/// The height over all cells whose volume has a layout. `layout_of` gives a volume's layout by its name.
+///
+/// # Errors
+/// A sentence, when a trial fails.
+pub fn estimate<'l>(
+    resolution: &Resolution,
+    names: &Names,
+    trials: &mut Trials<'_>,
+    layout_of: &dyn Fn(&str) -> Option<&'l VolumeLayout>,
+) -> Result<Memory, String> {
+    let raw_settings = names.codecs().get(RAW).map_err(|e| e.to_string())?.info().default_settings();
+    let mut originals: Vec<(&str, u64)> = Vec::new();
+    let (mut main, mut device) = (0.0_f64, 0.0_f64);
+    for group in resolution.cells.chunk_by(crate::experiment::shard::same_group) {
+        let first = &group[0];
+        let Some(layout) = layout_of(&first.volume) else { continue };
+        if !originals.iter().any(|(name, _)| *name == first.volume) {
+            originals.push((&first.volume, layout.bytes()));
+        }
+        let raw = held(trials, RAW, &raw_settings, layout)?;
+        let own = held(trials, &first.codec, &first.settings, layout)?;
+        main = main.max(raw.main + own.main);
+        let at_once = |cell: &Cell| match cell.site {
+            Site::Inline => own.buffers,
+            Site::Host => own.texture,
+            _ => own.texture + own.buffers,
+        };
+        let largest = group.iter().map(at_once).fold(0.0, f64::max);
+        device = device.max(raw.texture + raw.buffers + largest);
+    }
+    let originals: u64 = originals.iter().map(|(_, bytes)| bytes).sum();
+    Ok(Memory { main_bytes: originals + main as u64, device_bytes: device as u64 })
+}
+
+fn held(
+    trials: &mut Trials<'_>,
+    codec: &str,
+    settings: &Settings,
+    layout: &VolumeLayout,
+) -> Result<Held, String> {
+    let trial = trials.of(codec, settings, layout)?;
+    let in_frame = layout.extent.voxels() as f64;
+    Ok(Held {
+        main: trial.stream_bytes_per_voxel() * layout.voxels() as f64
+            + layout.samples_per_frame() as f64 * size_of::<f32>() as f64,
+        texture: in_frame * trial.texel_bytes() as f64,
+        buffers: in_frame * trial.buffer_bytes_per_voxel()?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use cvr_core::pipeline::{Capabilities, Document, resolve};
+    use cvr_core::volume::{Extent, SampleType};
+
+    use super::*;
+
+    #[test]
+    fn the_height_is_what_lies_in_memory_at_once() {
+        let text = include_str!("../../configs/quickstart.toml");
+        let names = Names::new().unwrap();
+        let set = |sites: &str| {
+            let mut document = Document::parse("x.toml", text).unwrap();
+            document.set("codec.s3dc.block=16").unwrap();
+            document.set("codec.s3dc.index_bits=8").unwrap();
+            document.set("pipeline.filter=linear").unwrap();
+            document.set(&format!("pipeline.site={sites}")).unwrap();
+            resolve(&document.experiment(&names.known()).unwrap(), &names.known(), &Capabilities::default())
+        };
+        let layout = VolumeLayout::scalar(Extent::cube(64).unwrap(), SampleType::U8);
+        let mut trials = Trials::new(&names);
+        let mut memory = |sites: &str| {
+            let layout_of = |name: &str| (name == "rings").then_some(&layout);
+            estimate(&set(sites), &names, &mut trials, &layout_of).unwrap()
+        };
+        let voxels = (64.0_f64).powi(3);
+        // Original; raw's stream and frame; the larger of the other streams and frames; heads of files besides.
+        let main = memory("inline").main_bytes as f64 / voxels;
+        assert!((1.0 + 5.0 + 5.0..11.2).contains(&main), "{main}");
+        // raw in a texture and a buffer; s3dc in bytes of index, or as single precision.
+        for (sites, bytes) in [("inline", 3.0), ("host", 6.0), ("deferred", 7.0)] {
+            let device = memory(sites).device_bytes as f64 / voxels;
+            assert!((bytes..bytes + 0.1).contains(&device), "{sites}: {device}");
+        }
+        let none = estimate(&set("inline"), &names, &mut Trials::new(&names), &|_| None).unwrap();
+        assert_eq!(none, Memory::default());
+    }
+}

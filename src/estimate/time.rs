@@ -1,0 +1,118 @@
+//! Time that a run takes.
+
+use cvr_core::codec::Site;
+use cvr_core::pipeline::{Cell, Experiment, Resolution};
+use cvr_core::render::Filter;
+use cvr_core::volume::VolumeLayout;
+use cvr_engine::timing::{FrameTime, PairBudget, paired};
+
+use super::Trials;
+use super::trial::samples;
+use crate::experiment::shard::same_group;
+use crate::experiment::stage::RAW;
+use crate::experiment::target::Target;
+use crate::registry::Names;
+
+/// What is counted, as a sentence for whoever reads the figures.
+pub const COUNTED: &str = "Counted: voxels × seconds per voxel to encode and to decode, each codec and its settings once \
+     for a volume, raw once more; and frames × (a fixed part + pixels × samples along a ray × a rate): reference, \
+     picture, raw's picture, and the pairs that time a cell. No ray is taken to miss or to end early. Training is \
+     scaled with the voxels, too much where a codec trains on a sample of them. Not counted: loading volumes, comparing \
+     voxels and pictures, decoding and uploading textures, files.";
+
+/// Seconds.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct Time {
+    /// Encoding, and decoding on the CPU.
+    pub coding: f64,
+    /// Drawing.
+    pub drawing: f64,
+}
+
+/// Pictures of raw that a volume in a scene under a renderer has been drawn in: the reference is the first.
+type RawPictures = Vec<(String, String, Site, Filter)>;
+
+/// The sum over all cells whose volume has a layout. `layout_of` gives a volume's layout by its name.
+///
+/// # Errors
+/// A sentence, when a trial fails.
+pub fn estimate<'l>(
+    experiment: &Experiment,
+    resolution: &Resolution,
+    names: &Names,
+    trials: &mut Trials<'_>,
+    target: &Target,
+    layout_of: &dyn Fn(&str) -> Option<&'l VolumeLayout>,
+) -> Result<Time, String> {
+    let raw_settings = names.codecs().get(RAW).map_err(|e| e.to_string())?.info().default_settings();
+    let mut time = Time::default();
+    for of_volume in resolution.cells.chunk_by(|a, b| a.volume == b.volume) {
+        let Some(layout) = layout_of(&of_volume[0].volume) else { continue };
+        time.coding += coding_seconds(trials, RAW, &raw_settings, layout)?;
+        let mut drawn = RawPictures::new();
+        for group in of_volume.chunk_by(same_group) {
+            time.coding += coding_seconds(trials, &group[0].codec, &group[0].settings, layout)?;
+            for cell in group {
+                let Some(scene) = experiment.scene(&cell.scene) else { continue };
+                let samples = samples(scene, layout);
+                let mut frame_ms = |cell: &Cell| {
+                    Ok::<_, String>(trials.frames(target, cell, scene, layout)?.frame_ms(samples))
+                };
+                let raw = |site, filter| Cell {
+                    codec: RAW.to_owned(),
+                    settings: raw_settings.clone(),
+                    site,
+                    filter,
+                    ..cell.clone()
+                };
+                // Optimised linear is linear to raw, which does not offer it.
+                let plain = if cell.filter == Filter::OptimisedLinear { Filter::Linear } else { cell.filter };
+                for (site, filter) in [(Site::Inline, Filter::Linear), (cell.site, plain)] {
+                    let key = (cell.scene.clone(), cell.renderer.clone(), site, filter);
+                    if !drawn.contains(&key) {
+                        time.drawing += frame_ms(&raw(site, filter))? / 1000.0;
+                        drawn.push(key);
+                    }
+                }
+                let own = frame_ms(cell)?;
+                let baseline = frame_ms(&raw(Site::Host, Filter::Linear))?;
+                time.drawing += (own + pairing_ms(baseline, own)) / 1000.0;
+            }
+        }
+    }
+    Ok(time)
+}
+
+fn coding_seconds(
+    trials: &mut Trials<'_>,
+    codec: &str,
+    settings: &cvr_core::codec::Settings,
+    layout: &VolumeLayout,
+) -> Result<f64, String> {
+    let trial = trials.of(codec, settings, layout)?;
+    let per_voxel = trial.encode_seconds_per_voxel() + trial.decode_seconds_per_voxel();
+    Ok(per_voxel * layout.voxels() as f64)
+}
+
+/// Milliseconds of a pairing, warm-up included: the very protocol, over frames that take what they are said to.
+fn pairing_ms(baseline_ms: f64, cell_ms: f64) -> f64 {
+    let spent = std::cell::Cell::new(0.0);
+    let frame = |wall_ms: f64| {
+        spent.set(spent.get() + wall_ms);
+        Ok::<_, std::convert::Infallible>(FrameTime { wall_ms, gpu_ms: None, cpu_ms: None })
+    };
+    let Ok(_) = paired(|| frame(baseline_ms), || frame(cell_ms), PairBudget::default());
+    spent.get()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pairing_draws_as_often_as_the_protocol_says() {
+        // Three rounds to warm up and 31 pairs of fast frames; one round and 7 pairs of slow ones.
+        assert!((pairing_ms(1.0, 2.0) - 34.0 * 3.0).abs() < 1e-6);
+        assert!((pairing_ms(1000.0, 500.0) - 8.0 * 1500.0).abs() < 1e-6);
+    }
+}

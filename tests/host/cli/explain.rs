@@ -1,0 +1,98 @@
+//! `cvr explain`.
+
+use super::super::configs::COMPARE;
+use super::super::folder::Folder;
+
+const QUICK: &str = include_str!("../../../configs/quickstart.toml");
+
+#[test]
+fn cells_are_counted_as_they_would_run_and_nothing_is_written() {
+    let folder = Folder::new();
+    folder.write("x.toml", QUICK);
+    let text = folder.cvr(&["explain", "x.toml", "--no-estimate"]).exits(0).stdout;
+    assert!(text.starts_with("x.toml: 34 cells, 11 combinations refused\n"), "{text}");
+    let listed = folder.cvr(&["run", "x.toml", "--list-cells"]).exits(0).stdout;
+    let (refused, cells): (Vec<&str>, Vec<&str>) = listed.lines().partition(|l| l.starts_with("refused "));
+    // The sum of the column is the number of cells that run, and so of the reasons.
+    let numbers = |from: &str| -> usize {
+        let lines = text.split(from).nth(1).unwrap().split("\n\n").next().unwrap().lines();
+        lines.filter_map(|l| l.split_whitespace().next()?.parse::<usize>().ok()).sum()
+    };
+    assert_eq!((numbers("\ncells\n"), numbers("\nrefused ")), (cells.len(), refused.len()), "{text}");
+    assert!(text.contains("rings  64×64×64  u8"), "{text}");
+    assert!(text.contains("256.0 KiB") && text.contains("fetch_cell"), "{text}");
+    assert!(!text.contains("estimate"), "{text}");
+    assert_eq!(folder.names(), ["x.toml"]);
+    let fewer = ["explain", "x.toml", "--no-estimate", "--set", "pipeline.site=host"];
+    assert!(folder.cvr(&fewer).exits(0).stdout.starts_with("x.toml: 10 cells, 5 combinations"));
+}
+
+#[test]
+fn estimates_say_what_they_are_and_stand_on() {
+    let folder = Folder::new();
+    folder.write("x.toml", QUICK);
+    let one = [
+        "--set",
+        "codec.s3dc.block=8",
+        "--set",
+        "codec.s3dc.index_bits=2",
+        "--set",
+        "pipeline.filter=linear",
+    ];
+    let ran = folder.cvr(&[&["explain", "x.toml", "--device", "cpu"][..], &one].concat()).exits(0);
+    let text = ran.stdout;
+    assert!(text.contains("estimate, from a computed volume of 48³ voxels"), "{text}");
+    // The original's byte; stream and frame, of 5 bytes a voxel, of the baseline and of the cells of raw.
+    assert!(text.contains("memory  2.8 MiB in main memory\n") && !text.contains("on the device\n"), "{text}");
+    assert!(text.contains("time    about ") && text.contains(" to encode and decode, "), "{text}");
+    assert!(text.contains("Counted") && text.contains("Not counted"), "{text}");
+    assert_eq!(folder.names(), ["x.toml"]);
+}
+
+#[test]
+fn missing_volumes_are_told_and_left_out() {
+    let folder = Folder::new();
+    folder.write("x.toml", COMPARE);
+    let text = folder.cvr(&["explain", "x.toml"]).exits(0).stdout;
+    assert!(
+        text.contains("not known here: volume `bonsai`") && text.contains("CVR_DATA is not set"),
+        "{text}"
+    );
+    assert!(text.starts_with("x.toml: 28 cells") && !text.contains("\nestimate"), "{text}");
+    let text = folder.cvr(&["explain", "x.toml", "--volume", "none.nrrd"]).exits(0).stdout;
+    assert!(text.contains("not known here: volume `none`: none.nrrd: cannot open the file"), "{text}");
+}
+
+/// The header is read and the voxels are not, but that they are there is known by the file's length.
+#[test]
+fn a_file_is_opened_for_its_header() {
+    let folder = Folder::new();
+    folder.write("x.toml", COMPARE);
+    let header = "NRRD0004\ntype: short\ndimension: 3\nsizes: 20 30 40\nspacings: 1 1 2\nencoding: raw\nendian: little\n\n";
+    let explain = ["explain", "x.toml", "--volume", "a.nrrd", "--no-estimate"];
+    folder.write("a.nrrd", [header.as_bytes(), &[0; 2 * 20 * 30 * 40][..]].concat());
+    let text = folder.cvr(&explain).exits(0).stdout;
+    assert!(text.contains("a     20×30×40  i16") && text.contains("46.9 KiB"), "{text}");
+    folder.write("a.nrrd", [header.as_bytes(), &[0; 2 * 20 * 30 * 39][..]].concat());
+    let text = folder.cvr(&explain).exits(0).stdout;
+    assert!(
+        text.contains("not known here: volume `a`: a.nrrd") && text.contains("46800 are there"),
+        "{text}"
+    );
+    let raw =
+        ["explain", "x.toml", "--no-estimate", "--volume", "b*.raw", "--dims", "4x4x4", "--dtype", "u32"];
+    for name in ["b1.raw", "b2.raw", "b10.raw"] {
+        folder.write(name, [0; 256]);
+    }
+    let text = folder.cvr(&raw).exits(0).stdout;
+    assert!(text.contains("b     4×4×4   f32             1       3"), "{text}");
+}
+
+#[test]
+fn what_is_wrong_with_a_configuration_is_bad_input() {
+    let folder = Folder::new();
+    folder.write("x.toml", COMPARE.replace("step_voxels", "step_voxel"));
+    assert!(folder.cvr(&["explain", "x.toml"]).refused().contains("did you mean `step_voxels`?"));
+    folder.write("x.toml", COMPARE);
+    assert!(folder.cvr(&["explain", "x.toml", "--set", "pipeline.site=moon"]).refused().contains("moon"));
+}
