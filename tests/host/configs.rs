@@ -42,7 +42,7 @@ fn every_configuration_resolves() {
     let expected = [
         ("compare", 60, 0),
         ("quickstart", 34, 11),
-        ("renderers", 0, 0),
+        ("renderers", 104, 40),
         ("s3dc-table1", 42, 0),
         ("skipping", 96, 0),
         ("vq", 24, 0),
