@@ -2,19 +2,15 @@
 
 use std::sync::Arc;
 
-use cvr_core::codec::{Decoder, Site};
+use cvr_core::codec::Site;
 use cvr_core::metrics::AgreementRule;
-use cvr_core::render::{
-    ColourOpacity, DecodedFrame, Filter, Image, OpacityTable, Projection, Renderer, Shading, View,
-};
-use cvr_core::shader::TextureSampling;
-use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, FrameIndex, SampleType, Samples, VolumeLayout};
+use cvr_core::render::{ColourOpacity, Filter, OpacityTable, Projection, Renderer, Shading, View};
+use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use cvr_engine::testing::test_device;
-use cvr_engine::{Device, DrawSource, Drawing};
 use cvr_raycasting::Raycasting;
 use cvr_slicing::Slicing;
 
-use super::scenes::{camera, source, view};
+use super::scenes::{camera, draw_by, mirror_by, rule, source, view};
 use super::subjects::{codec, encoded, settings};
 
 /// Soft structures, of another shape in each channel.
@@ -60,25 +56,6 @@ fn views(sample: SampleType, volume: &FiniteVolume) -> Vec<View> {
     views
 }
 
-fn draw(
-    device: &Device,
-    renderer: &dyn Renderer,
-    view: &View,
-    source: &DrawSource<'_>,
-) -> (Image, TextureSampling) {
-    let plan = renderer.plan(view, source.layout()).unwrap();
-    let drawing = Drawing::new(device, &plan, source, view.filter).unwrap();
-    drawing.draw_timed().unwrap();
-    (drawing.read_image().unwrap(), drawing.filtering())
-}
-
-fn mirror(renderer: &dyn Renderer, view: &View, decoder: &dyn Decoder) -> Image {
-    let frame = DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap();
-    let mut image = Image::new(view.size);
-    renderer.reference(view, &frame, &mut image).unwrap();
-    image
-}
-
 #[test]
 fn colours_agree_with_the_mirror_whatever_decides_their_opacity() {
     let Some(device) = test_device("colour::agrees") else { return };
@@ -95,14 +72,10 @@ fn colours_agree_with_the_mirror_whatever_decides_their_opacity() {
             let source = source(device, site, id, decoder.as_ref());
             for view in views(sample, &volume) {
                 for renderer in [&Raycasting as &dyn Renderer, &Slicing::default()] {
-                    let (picture, sampling) = draw(device, renderer, &view, &source);
-                    let rule = match sampling {
-                        TextureSampling::Hardware => AgreementRule::HARDWARE,
-                        TextureSampling::Manual => AgreementRule::MANUAL,
-                    };
-                    let expected = mirror(renderer, &view, decoder.as_ref());
+                    let (picture, drawing) = draw_by(device, renderer, &view, &source);
+                    let expected = mirror_by(renderer, &view, decoder.as_ref());
                     let name = format!("{id} {sample} {site} {:?}", view.colour_opacity.weights());
-                    match rule.check(&expected, &picture) {
+                    match rule(drawing.filtering()).check(&expected, &picture) {
                         Ok(found) if found.visible_pixels < 100 => {
                             breaches.push(format!("{name}: hardly visible"));
                         }
@@ -125,11 +98,11 @@ fn a_wrong_colour_is_seen() {
     let decoder = encoded(raw.as_ref(), &settings(&[]), &volume);
     let source = source(device, Site::Inline, "raw", decoder.as_ref());
     let right = views(SampleType::U8, &volume).remove(0);
-    let (picture, _) = draw(device, &Raycasting, &right, &source);
-    AgreementRule::MANUAL.check(&mirror(&Raycasting, &right, decoder.as_ref()), &picture).unwrap();
+    let (picture, _) = draw_by(device, &Raycasting, &right, &source);
+    AgreementRule::MANUAL.check(&mirror_by(&Raycasting, &right, decoder.as_ref()), &picture).unwrap();
     for colour_opacity in [ColourOpacity::Channel(1), table()] {
         let wrong = View { colour_opacity, ..right.clone() };
-        let expected = mirror(&Raycasting, &wrong, decoder.as_ref());
+        let expected = mirror_by(&Raycasting, &wrong, decoder.as_ref());
         assert!(AgreementRule::MANUAL.check(&expected, &picture).is_err());
     }
     let mut swapped = picture.clone();

@@ -1,14 +1,12 @@
 //! The device's picture against that of the CPU mirror: sites × filters × cameras × volumes.
 
 use cvr_core::codec::Site;
-use cvr_core::metrics::AgreementRule;
 use cvr_core::render::{Camera, Filter, Light, Projection, View};
-use cvr_core::shader::TextureSampling;
 use cvr_core::volume::SampleType;
 use cvr_engine::Device;
 use cvr_engine::testing::test_device;
 
-use super::scenes::{camera, clipped, draw, lit, mirror, source, textured, view};
+use super::scenes::{camera, clipped, draw, lit, mirror, rule, source, textured, view};
 use super::subjects::{ODD, codec, encoded, settings};
 
 use Projection::{Orthographic, Perspective};
@@ -40,13 +38,6 @@ fn cameras() -> Vec<Camera> {
         // The eye all but touches the bounding sphere.
         Camera { field_of_view: 170.0, zoom: 20.0, ..camera(45.0, 35.0, Perspective) },
     ]
-}
-
-fn rule(filtering: TextureSampling) -> AgreementRule {
-    match filtering {
-        TextureSampling::Hardware => AgreementRule::HARDWARE,
-        TextureSampling::Manual => AgreementRule::MANUAL,
-    }
 }
 
 /// Draws `views` of a subject by every filter at every site that its codec offers; each breach is a sentence.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site};
+use cvr_core::metrics::AgreementRule;
 use cvr_core::render::{
     Camera, ClipBox, ControlPoint, DecodedFrame, Filter, Image, Light, Projection, Renderer, Shading,
     TransferFunction, View,
@@ -92,20 +93,44 @@ pub fn source<'a>(device: &Device, site: Site, codec: &'a str, decoder: &'a dyn 
     }
 }
 
-/// A picture on the device, and whether its texture unit interpolated.
+/// A raycast picture on the device, and whether its texture unit interpolated.
 pub fn draw(device: &Device, view: &View, source: &DrawSource<'_>) -> (Image, TextureSampling) {
-    let plan = Raycasting.plan(view, source.layout()).unwrap();
-    let drawing = Drawing::new(device, &plan, source, view.filter).unwrap();
-    drawing.draw_timed().unwrap();
-    (drawing.read_image().unwrap(), drawing.filtering())
+    let (image, drawing) = draw_by(device, &Raycasting, view, source);
+    (image, drawing.filtering())
 }
 
-/// The same picture by the CPU mirror.
+/// A picture on the device by any renderer, and what drew it.
+pub fn draw_by(
+    device: &Device,
+    renderer: &dyn Renderer,
+    view: &View,
+    source: &DrawSource<'_>,
+) -> (Image, Drawing) {
+    let plan = renderer.plan(view, source.layout()).unwrap();
+    let drawing = Drawing::new(device, &plan, source, view.filter).unwrap();
+    drawing.draw_timed().unwrap();
+    (drawing.read_image().unwrap(), drawing)
+}
+
+/// The same raycast picture by the CPU mirror.
 pub fn mirror(view: &View, decoder: &dyn Decoder) -> Image {
+    mirror_by(&Raycasting, view, decoder)
+}
+
+/// The same picture by the CPU mirror of any renderer.
+pub fn mirror_by(renderer: &dyn Renderer, view: &View, decoder: &dyn Decoder) -> Image {
     let frame = DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap();
     let mut image = Image::new(view.size);
-    Raycasting.reference(view, &frame, &mut image).unwrap();
+    renderer.reference(view, &frame, &mut image).unwrap();
     image
+}
+
+/// How closely a picture must follow its mirror, by who interpolated.
+pub fn rule(filtering: TextureSampling) -> AgreementRule {
+    match filtering {
+        TextureSampling::Hardware => AgreementRule::HARDWARE,
+        TextureSampling::Manual => AgreementRule::MANUAL,
+    }
 }
 
 /// Smooth structures of a few voxels with a little noise, over the whole domain.

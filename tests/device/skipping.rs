@@ -6,15 +6,15 @@ use std::sync::atomic::AtomicBool;
 use cvr::registry::renderer;
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::render::{
-    ClipBox, ControlPoint, Filter, Image, MacrocellRanges, Macrocells, Projection, Renderer, Shading,
-    TransferFunction, View,
+    ClipBox, ControlPoint, Filter, Image, MacrocellRanges, Macrocells, Projection, Shading, TransferFunction,
+    View,
 };
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FiniteVolume, FrameIndex, Level, SampleType};
+use cvr_engine::Device;
 use cvr_engine::testing::test_device;
-use cvr_engine::{Device, DrawSource, Drawing};
 
-use super::scenes::{camera, source};
+use super::scenes::{camera, draw_by, source};
 use super::subjects::{codec, encoded, hash, settings, volume};
 
 const RENDERERS: [&str; 4] =
@@ -69,18 +69,6 @@ fn macrocells(decoder: &dyn Decoder, view: &View) -> Arc<Macrocells> {
     Arc::new(ranges.classify(&view.transfer_function))
 }
 
-fn draw(
-    device: &Device,
-    renderer: &dyn Renderer,
-    view: &View,
-    source: &DrawSource<'_>,
-) -> (Image, TextureSampling) {
-    let plan = renderer.plan(view, source.layout()).unwrap();
-    let drawing = Drawing::new(device, &plan, source, view.filter).unwrap();
-    drawing.draw_timed().unwrap();
-    (drawing.read_image().unwrap(), drawing.filtering())
-}
-
 /// Pixels that differ in any bit.
 fn mismatches(a: &Image, b: &Image) -> usize {
     let bits = |p: &[f32; 4]| p.map(f32::to_bits);
@@ -110,13 +98,13 @@ fn check(
                 for view in views(filter) {
                     let macrocells = macrocells(decoder.as_ref(), &view);
                     assert!(macrocells.empty_share() > 0.1, "nothing to skip");
-                    let (without, filtering) = draw(device, renderer.as_ref(), &view, &source);
+                    let (without, drawing) = draw_by(device, renderer.as_ref(), &view, &source);
                     let skipping = View { macrocells: Some(macrocells), ..view };
-                    let (with, _) = draw(device, renderer.as_ref(), &skipping, &source);
+                    let (with, _) = draw_by(device, renderer.as_ref(), &skipping, &source);
                     let name = format!("{id} {sample} {site} {label} {filter} {:?}", skipping.camera);
                     assert!(visible(&without) > 0, "{name}: an empty picture");
                     assert_eq!(mismatches(&with, &without), 0, "{name}");
-                    hardware += usize::from(filtering == TextureSampling::Hardware);
+                    hardware += usize::from(drawing.filtering() == TextureSampling::Hardware);
                 }
             }
         }
@@ -160,7 +148,8 @@ fn both_shaders_round_alike() {
             let macrocells = macrocells(decoder.as_ref(), &view);
             assert_eq!(macrocells.empty_share(), 0.0);
             let skipping = View { macrocells: Some(macrocells), ..view.clone() };
-            let [with, without] = [&skipping, &view].map(|v| draw(device, renderer.as_ref(), v, &source).0);
+            let [with, without] =
+                [&skipping, &view].map(|v| draw_by(device, renderer.as_ref(), v, &source).0);
             assert!(visible(&without) > 5000);
             assert_eq!(mismatches(&with, &without), 0, "{label} {filter}");
         }
@@ -180,7 +169,7 @@ fn a_macrocell_that_shows_and_is_skipped_is_noticed() {
     let source = source(device, Site::Inline, "raw", seen.as_ref());
     for label in RENDERERS {
         let renderer = renderer(label).unwrap();
-        let picture = |view| draw(device, renderer.as_ref(), view, &source).0;
+        let picture = |view| draw_by(device, renderer.as_ref(), view, &source).0;
         let without = picture(&view);
         assert_eq!(mismatches(&picture(&honest), &without), 0, "{label}");
         assert_eq!(mismatches(&picture(&cleared), &without), visible(&without), "{label}");

@@ -1,45 +1,21 @@
 //! Slices on the device against their mirror, and against rays.
 
-use cvr_core::codec::{Decoder, Site};
+use cvr_core::codec::Site;
 use cvr_core::metrics::AgreementRule;
 use cvr_core::render::{
-    Blending, Camera, ClipBox, ControlPoint, DecodedFrame, Filter, Image, Projection, Renderer, Shading,
-    TransferFunction, View,
+    Blending, Camera, ClipBox, ControlPoint, Filter, Image, Projection, Shading, TransferFunction, View,
 };
-use cvr_core::shader::TextureSampling;
-use cvr_core::volume::{FrameIndex, SampleType};
+use cvr_core::volume::SampleType;
 use cvr_engine::testing::test_device;
-use cvr_engine::{Device, DrawSource, Drawing};
 use cvr_raycasting::Raycasting;
 use cvr_slicing::{Geometry, OpacityCorrection, Slicing};
 
-use super::scenes::{camera, source, textured, view};
+use super::scenes::{camera, draw_by, mirror_by, rule, source, textured, view};
 use super::subjects::{ODD, codec, encoded, settings};
 
 use Projection::{Orthographic, Perspective};
 
 const GEOMETRIES: [Geometry; 3] = [Geometry::Planes, Geometry::Axis, Geometry::Shells];
-
-fn draw(device: &Device, renderer: &dyn Renderer, view: &View, source: &DrawSource<'_>) -> (Image, Drawing) {
-    let plan = renderer.plan(view, source.layout()).unwrap();
-    let drawing = Drawing::new(device, &plan, source, view.filter).unwrap();
-    drawing.draw_timed().unwrap();
-    (drawing.read_image().unwrap(), drawing)
-}
-
-fn mirror_of(slicing: &Slicing, view: &View, decoder: &dyn Decoder) -> Image {
-    let frame = DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap();
-    let mut image = Image::new(view.size);
-    slicing.reference(view, &frame, &mut image).unwrap();
-    image
-}
-
-fn rule(drawing: &Drawing) -> AgreementRule {
-    match drawing.filtering() {
-        TextureSampling::Hardware => AgreementRule::HARDWARE,
-        TextureSampling::Manual => AgreementRule::MANUAL,
-    }
-}
 
 fn views() -> Vec<View> {
     let clip = ClipBox { low: [0.1, 0.0, 0.3], high: [0.8, 0.7, 1.0] };
@@ -72,11 +48,11 @@ fn every_geometry_site_and_filter_agrees_with_the_mirror() {
             let view = View { filter, ..view };
             for geometry in GEOMETRIES {
                 let slicing = Slicing { geometry, ..Slicing::default() };
-                let expected = mirror_of(&slicing, &view, decoder.as_ref());
+                let expected = mirror_by(&slicing, &view, decoder.as_ref());
                 for &site in sites {
                     let source = source(device, site, "s3dc", decoder.as_ref());
-                    let (picture, drawing) = draw(device, &slicing, &view, &source);
-                    if let Err(e) = rule(&drawing).check(&expected, &picture) {
+                    let (picture, drawing) = draw_by(device, &slicing, &view, &source);
+                    if let Err(e) = rule(drawing.filtering()).check(&expected, &picture) {
                         breaches.push(format!("{geometry:?} {site} {filter} {:?}: {e}", view.camera));
                     }
                 }
@@ -96,17 +72,17 @@ fn half_precision_and_the_interpolated_correction_agree_too() {
     for geometry in GEOMETRIES {
         for opacity_correction in [OpacityCorrection::Exact, OpacityCorrection::Lerp] {
             let slicing = Slicing { geometry, opacity_correction, blending: Blending::Float16 };
-            let (picture, drawing) = draw(device, &slicing, &view, &source);
+            let (picture, drawing) = draw_by(device, &slicing, &view, &source);
             assert_eq!(drawing.blending(), Some(Blending::Float16));
-            let expected = mirror_of(&slicing, &view, decoder.as_ref());
+            let expected = mirror_by(&slicing, &view, decoder.as_ref());
             AgreementRule::HARDWARE.check(&expected, &picture).unwrap();
         }
     }
     // Sums in single precision are nearer to the mirror than those in half.
     let off = |blending| {
         let slicing = Slicing { blending, ..Slicing::default() };
-        let (picture, drawing) = draw(device, &slicing, &view, &source);
-        let expected = mirror_of(&slicing, &view, decoder.as_ref());
+        let (picture, drawing) = draw_by(device, &slicing, &view, &source);
+        let expected = mirror_by(&slicing, &view, decoder.as_ref());
         let pairs = expected.pixels().iter().flatten().zip(picture.pixels().iter().flatten());
         (drawing.blending(), pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>())
     };
@@ -134,10 +110,10 @@ fn slices_show_what_rays_show_at_the_same_step() {
                 camera: camera(azimuth, 15.0, projection),
                 ..view(SampleType::U8, [96, 96], Filter::Linear)
             };
-            let (rays, _) = draw(device, &Raycasting, &view, &source);
+            let (rays, _) = draw_by(device, &Raycasting, &view, &source);
             for geometry in GEOMETRIES {
                 let slicing = Slicing { geometry, ..Slicing::default() };
-                let (slices, _) = draw(device, &slicing, &view, &source);
+                let (slices, _) = draw_by(device, &slicing, &view, &source);
                 let mean = mean_difference(&rays, &slices);
                 assert!(mean < 2.0, "{geometry:?} at {azimuth}°, {projection:?}: {mean}");
             }
@@ -153,7 +129,7 @@ fn slices_show_what_rays_show_at_the_same_step() {
                 .collect();
             let uncorrected =
                 View { transfer_function: TransferFunction::new(denser).unwrap().into(), ..view.clone() };
-            let (slices, _) = draw(device, &Slicing::default(), &uncorrected, &source);
+            let (slices, _) = draw_by(device, &Slicing::default(), &uncorrected, &source);
             assert!(mean_difference(&rays, &slices) > 4.0, "{}", mean_difference(&rays, &slices));
         }
     }

@@ -5,18 +5,11 @@
 use std::sync::Arc;
 
 use cvr_core::codec::{Codec as _, SettingValue, Settings, encode_temporary};
-use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, FrameIndex, SampleType, Samples, VolumeLayout};
+use cvr_core::conformance::{cells_are_eight_fetches, noise};
+use cvr_core::volume::FrameIndex;
 use cvr_s3dc::decode::Frame;
 use cvr_s3dc::{Geometry, S3dc};
 use proptest::prelude::*;
-
-fn volume(size: [u32; 3], channels: u32, seed: u32) -> FiniteVolume {
-    let extent = Extent::try_from(size).unwrap();
-    let layout = VolumeLayout { channels, ..VolumeLayout::scalar(extent, SampleType::U16) };
-    let value = |i: u64| ((i as u32 ^ seed).wrapping_mul(0x9e37_79b9) >> 16) as u16;
-    let samples = Samples::U16((0..layout.samples()).map(value).collect());
-    FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
-}
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
@@ -28,7 +21,7 @@ proptest! {
         rgb: bool,
         seed: u32,
     ) {
-        let volume = volume(size, if rgb { 3 } else { 1 }, seed);
+        let volume = noise(size, if rgb { 3 } else { 1 }, seed);
         let [x, y, z] = block;
         let settings: Settings = [
             ("block".to_owned(), SettingValue::Text(format!("{x}x{y}x{z}"))),
@@ -40,16 +33,11 @@ proptest! {
         let geometry =
             Geometry::new(decoder.layout(), settings.block("block").unwrap(), bits as u32).unwrap();
         let frame = Frame { minmax: &resources[0].words, index: &resources[1].words, geometry: &geometry };
-        for voxel in 0..decoder.layout().extent.voxels() as u32 {
-            let p = [voxel % size[0], voxel / size[0] % size[1], voxel / size[0] / size[1]];
-            for far in 0..8_u32 {
-                let q = [0, 1, 2].map(|a| (p[a] + (far >> a & 1)).min(size[a] - 1));
-                let cell = frame.fetch_cell(p, q);
-                for (i, corner) in cell.into_iter().enumerate() {
-                    let at = [0, 1, 2].map(|a: usize| if i >> a & 1 == 1 { q[a] } else { p[a] });
-                    prop_assert_eq!(corner, frame.fetch(at));
-                }
-            }
-        }
+        let same = cells_are_eight_fetches(
+            decoder.layout().extent,
+            |p| frame.fetch(p),
+            |p, q| frame.fetch_cell(p, q),
+        );
+        prop_assert!(same.is_ok(), "{same:?}");
     }
 }

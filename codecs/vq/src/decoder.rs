@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use cvr_core::codec::{
     Agreement, Constant, ConstantValue, DecodeError, DecodedForm, Decoder, Resource, ShaderDecode,
-    TexelFormat, WgslModule, check_key, check_stream,
+    TexelFormat, WgslModule, check_key, check_stream, decode_region,
 };
 use cvr_core::container::{Element, EncodedVolume, Tensor};
 use cvr_core::volume::{BrickKey, FrameIndex, ReferenceFrames, Region, ValueRange, VolumeLayout};
@@ -139,23 +139,10 @@ impl Decoder for VqDecoder {
         out: &mut [f32],
     ) -> Result<(), DecodeError> {
         check_key(&self.layout, key)?;
-        let channels = self.layout.channels as usize;
-        let Region { origin, extent } = key.region;
-        assert_eq!(out.len() as u64, extent.voxels() * channels as u64, "output of the wrong size");
         let frame = self.frame(key.frame);
-        match extent.to_array() {
-            [1, 1, 1] => out.copy_from_slice(&frame.fetch(origin)[..channels]),
-            [2, 2, 2] => {
-                let corners = frame.fetch_cell(origin, origin.map(|o| o + 1));
-                for (out, corner) in out.chunks_exact_mut(channels).zip(corners) {
-                    out.copy_from_slice(&corner[..channels]);
-                }
-            }
-            [x, ..] => {
-                let rows = key.region.rows().zip(out.chunks_exact_mut(x as usize * channels));
-                rows.for_each(|(start, out)| self.decode_row(&frame, start, out));
-            }
-        }
+        let row = |start, out: &mut [f32]| self.decode_row(&frame, start, out);
+        let (fetch, cell) = (|p| frame.fetch(p), |p, q| frame.fetch_cell(p, q));
+        decode_region(key.region, self.layout.channels, out, fetch, cell, row);
         Ok(())
     }
 

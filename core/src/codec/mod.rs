@@ -7,6 +7,7 @@ mod error;
 mod frame_decode;
 mod info;
 mod parity;
+mod region;
 mod registry;
 mod settings;
 mod shader_decode;
@@ -19,6 +20,7 @@ pub use error::{ConfigError, DecodeError, EncodeError};
 pub use frame_decode::{FrameDecode, FramePass, FramePasses, Scratch, ScratchUse, deferred_agreement};
 pub use info::{CodecInfo, Paper, Site};
 pub use parity::{Mismatch, Parity};
+pub use region::decode_region;
 pub use registry::{Registry, RegistryError};
 pub use settings::{Setting, SettingKind, SettingValue, Settings};
 pub use shader_decode::{

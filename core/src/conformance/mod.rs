@@ -8,6 +8,7 @@
 //! A codec may *refuse* a volume ([`crate::codec::EncodeError::Unsupported`]); the report counts that. Everything
 //! else that goes wrong is a failure, and the battery goes on, so that one run shows all of them.
 
+mod cells;
 mod decoded;
 mod module;
 mod parity;
@@ -18,6 +19,7 @@ mod stream;
 mod tests;
 mod volumes;
 
+pub use cells::{cells_are_eight_fetches, noise};
 pub use report::{Failure, Property, Report};
 pub use volumes::{Subject, subjects};
 
