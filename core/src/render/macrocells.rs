@@ -58,6 +58,14 @@ impl MacrocellRanges {
         Ok((!stop.load(Ordering::Relaxed)).then_some(Self { grid, ranges }))
     }
 
+    /// Those of a volume of one value.
+    #[cfg(test)]
+    pub(super) fn of_constant(extent: Extent, value: f32) -> Self {
+        let grid = extent.blocks_of(Macrocells::SIZE);
+        let range = ValueRange { min: value, max: value };
+        Self { grid, ranges: vec![Some(range); grid.voxels() as usize] }
+    }
+
     /// Macrocells along x, y, z.
     #[must_use]
     pub const fn grid(&self) -> Extent {

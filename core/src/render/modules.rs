@@ -32,7 +32,7 @@ impl SceneModules {
         modules.bounds(view, layout)?;
         modules.classification(view, layout)?;
         modules.optics(view, layout, &rays)?;
-        if let Some(macrocells) = &view.macrocells {
+        if let Some(macrocells) = view.skippable(layout) {
             modules.templates.push(shaders::MACROCELLS);
             modules.read(BindingKind::Macrocells, bytemuck::cast_slice(macrocells.words()).to_vec());
         }

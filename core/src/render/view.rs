@@ -6,7 +6,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{Camera, ClipBox, ColourOpacity, Macrocells, Shading, TransferFunction};
-use crate::volume::{Extent, ValueRange};
+use crate::volume::{Extent, ValueRange, VolumeLayout};
 
 /// How a value between voxel centres comes about.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -96,9 +96,38 @@ impl View {
         }
     }
 
+    /// What may be skipped of a volume. Macrocells are classified by the transfer function: where a table over all
+    /// colours decides instead, they say nothing, and nothing is skipped.
+    #[must_use]
+    pub fn skippable(&self, layout: &VolumeLayout) -> Option<&Macrocells> {
+        let by_table = layout.channels != 1 && matches!(self.colour_opacity, ColourOpacity::Table(_));
+        self.macrocells.as_deref().filter(|_| !by_table)
+    }
+
     /// Lower and upper corner of what is drawn, in voxel coordinates.
     #[must_use]
     pub fn bounds(&self, extent: Extent) -> [Vec3; 2] {
         self.clip.unwrap_or(ClipBox::WHOLE).corners(extent)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ControlPoint, MacrocellRanges, OpacityTable};
+    use super::*;
+    use crate::volume::SampleType;
+
+    #[test]
+    fn a_table_over_colours_lets_nothing_be_skipped() {
+        let point = |value| ControlPoint { value, rgba: [0.0; 4] };
+        let function = TransferFunction::new(vec![point(0.0), point(1.0)]).unwrap();
+        let scalar = VolumeLayout::scalar(Extent::cube(9).unwrap(), SampleType::U8);
+        let ranges = MacrocellRanges::of_constant(scalar.extent, 0.5);
+        let mut view = View::new(function);
+        view.macrocells = Some(Arc::new(ranges.classify(&view.transfer_function)));
+        let colour = VolumeLayout { channels: 3, ..scalar.clone() };
+        assert!(view.skippable(&scalar).is_some() && view.skippable(&colour).is_some());
+        view.colour_opacity = ColourOpacity::Table(Arc::new(OpacityTable::new(2, &[0.5; 8]).unwrap()));
+        assert!(view.skippable(&scalar).is_some() && view.skippable(&colour).is_none());
     }
 }

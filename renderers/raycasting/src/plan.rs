@@ -9,7 +9,8 @@ const WORKGROUP: u32 = 8;
 
 pub fn plan(view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
     let SceneModules { mut templates, inputs } = SceneModules::new(view, layout)?;
-    let skipping = if view.macrocells.is_some() { shaders::NEXT_SAMPLE } else { shaders::EVERY_SAMPLE };
+    let skipping =
+        if view.skippable(layout).is_some() { shaders::NEXT_SAMPLE } else { shaders::EVERY_SAMPLE };
     templates.extend([shaders::RAYCASTING, skipping, shaders::OPACITY]);
     let workgroups = [view.size[0].div_ceil(WORKGROUP), view.size[1].div_ceil(WORKGROUP), 1];
     let pass = ComputePass { templates, entry: "raycast", inputs, workgroups };

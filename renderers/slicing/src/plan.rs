@@ -14,7 +14,7 @@ pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Pla
     let rays = view.camera.rays(layout, view.size);
     let slabs = Slabs::new(slicing.geometry, view, layout, &rays)?;
     inputs.push(Input { kind: BindingKind::Slabs, contents: uniform_bytes(&slabs.uniform())? });
-    if view.macrocells.is_none() {
+    if view.skippable(layout).is_none() {
         templates.push(shaders::EVERY_POINT);
     }
     templates.extend([

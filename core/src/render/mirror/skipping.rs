@@ -9,7 +9,7 @@ impl Mirror<'_> {
     /// Whether a point may show anything, by its macrocell; always, where nothing is skipped.
     #[must_use]
     pub fn may_show(&self, x: Vec3) -> bool {
-        let Some(macrocells) = &self.view.macrocells else { return true };
+        let Some(macrocells) = self.view.skippable(self.voxels.layout()) else { return true };
         macrocells.shows(macrocell_at(macrocells, x).as_uvec3().to_array())
     }
 
@@ -17,7 +17,7 @@ impl Mirror<'_> {
     /// ray from `entry` to `end`: `next_sample` of the shaders.
     #[must_use]
     pub fn next_sample(&self, first: u32, entry: &Ray, end: f32) -> u32 {
-        let Some(macrocells) = &self.view.macrocells else { return first };
+        let Some(macrocells) = self.view.skippable(self.voxels.layout()) else { return first };
         let step = self.view.step_voxels;
         let mut i = first;
         while (i as f32) * step < end {
