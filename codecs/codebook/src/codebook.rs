@@ -1,6 +1,7 @@
 //! Codewords as they are stored, and as they decode.
 
 use crate::Quantiser;
+use crate::pack::BitPacker;
 
 /// Codewords of one dimension, under one quantiser.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +69,15 @@ impl Codebook {
     #[must_use]
     pub fn codeword(&self, k: usize) -> &[f32] {
         &self.values[k * self.dimension..(k + 1) * self.dimension]
+    }
+
+    /// All codes in words, as a stream and a shader hold them.
+    #[must_use]
+    pub fn packed(&self) -> Vec<u32> {
+        let (mut packer, mut words) = (BitPacker::new(self.quantiser.bits()), Vec::new());
+        self.codes.iter().for_each(|code| packer.push((*code).into(), &mut words));
+        packer.flush(&mut words);
+        words
     }
 
     /// Appends a codeword.

@@ -1,5 +1,7 @@
 //! One voxel out of indices and codewords: the twin of decode.wgsl, function for function. This one defines the codec.
 
+use cvr_codebook::pack::unpack;
+
 use crate::geometry::Geometry;
 
 /// One frame of a stream.
@@ -49,17 +51,10 @@ impl Frame<'_> {
     #[must_use]
     #[inline]
     pub fn index_of(&self, block: [u32; 3]) -> u32 {
-        let (grid, bits) = (&self.geometry.grid, self.geometry.index_bits as usize);
+        let (grid, bits) = (&self.geometry.grid, self.geometry.index_bits);
         let b = (block[2] as usize * grid.y() as usize + block[1] as usize) * grid.x() as usize
             + block[0] as usize;
-        let bit = (b & 31) * bits;
-        let word = (b >> 5) * bits + (bit >> 5);
-        let shift = bit & 31;
-        let mut index = self.index[word] >> shift;
-        if shift + bits > 32 {
-            index |= self.index[word + 1] << (32 - shift);
-        }
-        index & ((1 << bits) - 1)
+        unpack(self.index, bits, b)
     }
 
     /// First code of a block's codeword.

@@ -1,16 +1,16 @@
 //! The encoder: a codebook from a part of the blocks, then the nearest codeword of every block.
 
+use cvr_codebook::blocks::{BlockRow, cuts, inside, training_vectors, value_range};
 use cvr_codebook::lbg::Stop;
+use cvr_codebook::pack::BitPacker;
 use cvr_codebook::{Codebook, Initial, Quantiser, Search, Training, sample, train};
 use cvr_core::codec::{Block, EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
 use cvr_core::volume::{BrickSource, FrameIndex};
 use rayon::prelude::*;
 
-use crate::block_row::{BlockRow, inside};
 use crate::geometry::{Geometry, Parameters, TrainingRecord};
-use crate::pack::BitPacker;
-use crate::{CODEBOOK, INDEX, training};
+use crate::{CODEBOOK, INDEX};
 
 /// A round of training that gains less than this part of the distortion is the last.
 const GAIN: f64 = 1e-3;
@@ -36,7 +36,7 @@ impl Encoder for VqEncoder {
         run: &Progress<'_>,
     ) -> Result<EncodeReport, EncodeError> {
         let layout = source.layout().clone();
-        let range = training::range(source, self.block, run)?;
+        let range = value_range(source, self.block, run)?;
         let quantiser = Quantiser::over(range, self.codeword_bits, layout.sample.is_integer())
             .map_err(EncodeError::Unsupported)?;
         let mut record = TrainingRecord {
@@ -50,7 +50,7 @@ impl Encoder for VqEncoder {
         let frames_per_table = if self.per_frame { 1 } else { layout.frames };
         let served = (0..layout.frames).step_by(frames_per_table as usize).map(|f| f..f + frames_per_table);
         for (frames, seed) in served.zip(self.seed..) {
-            let vectors = training::vectors(source, self.block, frames, self.training_blocks, seed, run)?;
+            let vectors = training_vectors(source, self.block, frames, self.training_blocks, seed, run)?;
             let trained = train(&vectors, &self.training(quantiser), run)?;
             record.blocks.push(vectors.len() as u64);
             record.rounds.push(trained.rounds);
@@ -109,10 +109,7 @@ impl VqEncoder {
 
 /// A table in words, filled up with zeros to the length of the largest.
 fn table_words(table: &Codebook, geometry: &Geometry) -> Vec<u32> {
-    let mut words = Vec::with_capacity(geometry.table_words() as usize);
-    let mut packer = BitPacker::new(geometry.quantiser.bits());
-    table.codes().iter().for_each(|code| packer.push((*code).into(), &mut words));
-    packer.flush(&mut words);
+    let mut words = table.packed();
     words.resize(geometry.table_words() as usize, 0);
     words
 }
@@ -162,29 +159,13 @@ struct Searches<'a> {
 
 impl<'a> Searches<'a> {
     fn new(geometry: &'a Geometry, table: &'a Codebook, integers: bool) -> Self {
-        let block = geometry.block;
-        let whole = block.0.to_array();
-        let last = block.region(geometry.grid.to_array().map(|g| g - 1), geometry.extent).extent.to_array();
-        // Along each axis: the whole block where there is one, and what the border leaves.
-        let sizes = [0, 1, 2].map(|a| {
-            let mut sizes = vec![last[a]];
-            if last[a] != whole[a] && geometry.grid.to_array()[a] > 1 {
-                sizes.push(whole[a]);
-            }
-            sizes
-        });
-        let mut cuts = Vec::new();
-        for &z in &sizes[2] {
-            for &y in &sizes[1] {
-                for &x in &sizes[0] {
-                    let cut = [x, y, z].map(|s| s as usize);
-                    let mask = inside(block, geometry.channels, cut);
-                    let all = mask.iter().all(|inside| *inside);
-                    let search = Search::new(table, (!all).then_some(&mask[..]));
-                    cuts.push((cut, mask, search));
-                }
-            }
-        }
+        let of_cut = |cut| {
+            let mask = inside(geometry.block, geometry.channels, cut);
+            let all = mask.iter().all(|inside| *inside);
+            let search = Search::new(table, (!all).then_some(&mask[..]));
+            (cut, mask, search)
+        };
+        let cuts = cuts(geometry.block, geometry.extent).into_iter().map(of_cut).collect();
         Self { geometry, table, integers, cuts }
     }
 

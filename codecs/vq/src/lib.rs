@@ -3,13 +3,10 @@
 //! After P. Ning and L. Hesselink, Workshop on Volume Visualization 1992. The stream and the departures from the paper
 //! stand in this crate's README.md.
 
-mod block_row;
 pub mod decode;
 mod decoder;
 mod encode;
 mod geometry;
-mod pack;
-mod training;
 
 use std::sync::Arc;
 

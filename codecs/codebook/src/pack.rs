@@ -10,6 +10,7 @@ pub struct BitPacker {
 
 impl BitPacker {
     /// For numbers of `bits` bits, 1 to 32.
+    #[must_use]
     pub const fn new(bits: u32) -> Self {
         Self { bits, waiting: 0, filled: 0 }
     }
@@ -35,6 +36,24 @@ impl BitPacker {
     }
 }
 
+/// Number `i` of numbers that are `bits` wide. The counterpart of [`BitPacker`], which every shader
+/// writes for itself.
+///
+/// # Panics
+/// When there is no such number.
+#[must_use]
+#[inline]
+pub fn unpack(words: &[u32], bits: u32, i: usize) -> u32 {
+    // 32 numbers fill `bits` words, so that places in bits never overflow.
+    let bit = (i & 31) * bits as usize;
+    let (word, shift) = ((i >> 5) * bits as usize + (bit >> 5), bit as u32 & 31);
+    let mut number = words[word] >> shift;
+    if shift + bits > 32 {
+        number |= words[word + 1] << (32 - shift);
+    }
+    number & (((1_u64 << bits) - 1) as u32)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,5 +66,18 @@ mod tests {
         packer.flush(&mut words);
         packer.flush(&mut words);
         assert_eq!(words, [0x8945_6123, 0xabc7]);
+        assert_eq!([0, 1, 2, 3].map(|i| unpack(&words, 12, i)), [0x123, 0x456, 0x789, 0xabc]);
+    }
+
+    #[test]
+    fn numbers_of_every_width_come_back() {
+        for bits in 1..=32 {
+            let numbers: Vec<u32> = (0..77_u32).map(|i| i.wrapping_mul(0x9e37_79b9) >> (32 - bits)).collect();
+            let (mut packer, mut words) = (BitPacker::new(bits), Vec::new());
+            numbers.iter().for_each(|n| packer.push(*n, &mut words));
+            packer.flush(&mut words);
+            let back: Vec<u32> = (0..numbers.len()).map(|i| unpack(&words, bits, i)).collect();
+            assert_eq!(back, numbers, "{bits} bits");
+        }
     }
 }

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use cvr_codebook::{Vectors, sample};
 use cvr_core::codec::{Block, EncodeError, Progress};
 use cvr_core::volume::{BrickSource, FrameIndex, ValueRange};
 use rayon::prelude::*;
 
-use crate::block_row::BlockRow;
+use crate::blocks::BlockRow;
+use crate::{Vectors, sample};
 
 /// Rows of blocks that one step reads, between two looks at the progress.
 const STEP: usize = 256;
@@ -22,7 +22,10 @@ struct Wanted {
 
 /// At most `count` blocks of the frames `frames`, as vectors. A block that the volume's border cuts is filled by
 /// repeating its last voxels, and weighs as much as the part of it that exists.
-pub fn vectors(
+///
+/// # Errors
+/// Those of reading, and when `run` was cancelled.
+pub fn training_vectors(
     source: &dyn BrickSource,
     block: Block,
     frames: Range<u32>,
@@ -72,8 +75,15 @@ fn row_vectors(
     Ok(vectors)
 }
 
-/// The range of all values of the source.
-pub fn range(source: &dyn BrickSource, block: Block, run: &Progress<'_>) -> Result<ValueRange, EncodeError> {
+/// The range of all values of the source, read in rows of blocks.
+///
+/// # Errors
+/// Those of reading, and when `run` was cancelled.
+pub fn value_range(
+    source: &dyn BrickSource,
+    block: Block,
+    run: &Progress<'_>,
+) -> Result<ValueRange, EncodeError> {
     let layout = source.layout();
     let grid = block.grid(layout.extent);
     let mut range: Option<ValueRange> = None;

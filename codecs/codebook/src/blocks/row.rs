@@ -15,6 +15,9 @@ pub struct BlockRow {
 
 impl BlockRow {
     /// Reads the row `by`, `bz` of the block grid.
+    ///
+    /// # Errors
+    /// Those of the source.
     pub fn read(
         source: &dyn BrickSource,
         block: Block,
@@ -35,11 +38,16 @@ impl BlockRow {
     }
 
     /// All values of the row's voxels.
+    #[must_use]
     pub fn values(&self) -> &[f32] {
         &self.values
     }
 
     /// Voxels that there are of block `bx`: less than a whole block at the volume's border.
+    ///
+    /// # Panics
+    /// When there is no such block.
+    #[must_use]
     pub fn cut(&self, bx: u32) -> [usize; 3] {
         let left = self.size[0] - bx as usize * self.block[0];
         [left.min(self.block[0]), self.size[1], self.size[2]]
@@ -47,6 +55,9 @@ impl BlockRow {
 
     /// Appends block `bx` as a vector: voxels x fastest, channels interleaved. Where the volume ends, its last voxel is
     /// repeated.
+    ///
+    /// # Panics
+    /// When there is no such block.
     pub fn append(&self, bx: u32, vector: &mut Vec<f32>) {
         let (cut, first) = (self.cut(bx), bx as usize * self.block[0]);
         for z in 0..self.block[2] {
@@ -61,16 +72,6 @@ impl BlockRow {
             }
         }
     }
-}
-
-/// Which components of a block's vector lie in the volume when it is cut to `cut` voxels.
-pub fn inside(block: Block, channels: u32, cut: [usize; 3]) -> Vec<bool> {
-    let [x, y, z] = block.0.to_array().map(|s| s as usize);
-    let lines = (0..z).flat_map(|z| (0..y).map(move |y| z < cut[2] && y < cut[1]));
-    lines
-        .flat_map(|line| (0..x).map(move |x| line && x < cut[0]))
-        .flat_map(|voxel| std::iter::repeat_n(voxel, channels as usize))
-        .collect()
 }
 
 #[cfg(test)]
@@ -105,8 +106,6 @@ mod tests {
         let row = BlockRow::read(&volume([3, 1, 2], 1), block, FrameIndex::FIRST, 0, 0).unwrap();
         assert_eq!(row.cut(1), [1, 1, 2]);
         assert_eq!(vector(&row, 1), [2.0, 2.0, 2.0, 2.0, 5.0, 5.0, 5.0, 5.0]);
-        let [yes, no] = [true, false];
-        assert_eq!(inside(block, 1, [1, 1, 2]), [yes, no, no, no, yes, no, no, no]);
     }
 
     #[test]
@@ -115,6 +114,5 @@ mod tests {
         let row = BlockRow::read(&volume([3, 1, 1], 3), block, FrameIndex::FIRST, 0, 0).unwrap();
         assert_eq!(vector(&row, 0), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
         assert_eq!(vector(&row, 1), [6.0, 7.0, 8.0, 6.0, 7.0, 8.0]);
-        assert_eq!(inside(block, 3, [1, 1, 1]), [true, true, true, false, false, false]);
     }
 }
