@@ -6,10 +6,11 @@ use std::time::Instant;
 
 use cvr_core::codec::{Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_frame, encode_file};
 use cvr_core::container::EncodedVolume;
-use cvr_core::metrics::{VolumeComparison, VolumeError};
+use cvr_core::metrics::{FrameError, VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, NoReferences, Region, VolumeLayout};
+use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, NoReferences, Region};
 
+use super::latest::Latest;
 use super::skipping::LazyRanges;
 use super::target::Target;
 
@@ -18,8 +19,6 @@ use super::target::Target;
 pub struct Encoded {
     /// The opened stream.
     pub decoder: Box<dyn Decoder>,
-    /// The first frame, decoded.
-    pub frame: Arc<DecodedFrame>,
     /// Bytes of the file.
     pub file_bytes: u64,
     /// Wall seconds to encode, file written and synced.
@@ -28,12 +27,18 @@ pub struct Encoded {
     pub decode_seconds: f64,
     /// Error over all frames.
     pub error: VolumeError,
+    /// Error of each frame.
+    pub frame_errors: Vec<FrameError>,
     /// The encoder's promise.
     pub error_bound: Option<f64>,
     /// Remarks of the encoder.
     pub notes: Vec<String>,
-    /// The macrocells of the first frame.
+    /// The macrocells of the frame that is drawn.
     pub macrocells: LazyRanges,
+    /// The frame that is drawn, decoded.
+    frame: Latest<Arc<DecodedFrame>>,
+    /// The first value of a frame outside the range that the decoder promises.
+    outside: Option<String>,
 }
 
 /// Encodes into a file in `scratch`, reads it back and decodes every frame.
@@ -56,24 +61,29 @@ pub fn encode(
     let decoder = codec.decoder(stream.clone()).map_err(|e| e.to_string())?;
 
     let mut comparison = VolumeComparison::new(volume);
-    let mut first = None;
+    let mut frame_errors = Vec::new();
+    let (mut first, mut outside) = (None, None);
     let mut decode_seconds = 0.0;
     for frame in (0..decoder.layout().frames).map(FrameIndex) {
         let start = Instant::now();
         let values = decode_frame(decoder.as_ref(), frame, &NoReferences).map_err(|e| e.to_string())?;
         decode_seconds += start.elapsed().as_secs_f64();
-        comparison.add_frame(&values);
+        frame_errors.push(comparison.add_frame(&values));
+        outside = outside.or_else(|| outside_promise(decoder.as_ref(), frame, &values));
         if frame == FrameIndex::FIRST {
             first = DecodedFrame::new(decoder.layout().clone(), values);
         }
     }
+    let first = Arc::new(first.ok_or("the stream holds no whole frame")?);
     let report = &stream.spec().report;
     Ok(Encoded {
-        frame: Arc::new(first.ok_or("the stream holds no whole frame")?),
+        frame: Latest::new(FrameIndex::FIRST, first),
+        outside,
         file_bytes: stream.file_bytes(),
         encode_seconds,
         decode_seconds,
         error: comparison.finish(),
+        frame_errors,
         error_bound: report.error_bound,
         notes: report.notes.clone(),
         decoder,
@@ -81,7 +91,27 @@ pub fn encode(
     })
 }
 
+/// What a value of a frame says that lies outside the range that the decoder promises.
+fn outside_promise(decoder: &dyn Decoder, frame: FrameIndex, values: &[f32]) -> Option<String> {
+    let range = decoder.value_range(BrickKey::full(frame, Region::whole(decoder.layout().extent)))?;
+    let value = values.iter().find(|v| !range.contains(**v))?;
+    Some(format!("a voxel decodes to {value}, promised {} to {}", range.min, range.max))
+}
+
 impl Encoded {
+    /// A frame, decoded; the one that was asked for last is kept.
+    ///
+    /// # Errors
+    /// A sentence, when it cannot be decoded.
+    pub fn frame(&self, frame: FrameIndex) -> Result<Arc<DecodedFrame>, String> {
+        self.frame.get(frame, || {
+            let values =
+                decode_frame(self.decoder.as_ref(), frame, &NoReferences).map_err(|e| e.to_string())?;
+            let layout = self.decoder.layout().clone();
+            DecodedFrame::new(layout, values).map(Arc::new).ok_or_else(|| "no whole frame".to_owned())
+        })
+    }
+
     /// Holds what was decoded to the encoder's promises.
     ///
     /// # Errors
@@ -95,35 +125,35 @@ impl Encoded {
                 self.error.max_abs_error
             ));
         }
-        let layout: &VolumeLayout = self.decoder.layout();
-        let key = BrickKey::full(FrameIndex::FIRST, Region::whole(layout.extent));
-        if let Some(range) = self.decoder.value_range(key)
-            && let Some(value) = self.frame.values().iter().find(|v| !range.contains(**v))
-        {
-            return Err(format!(
-                "broke its value range: a voxel decodes to {value}, promised {} to {}",
-                range.min, range.max
-            ));
+        match &self.outside {
+            Some(problem) => Err(format!("broke its value range: {problem}")),
+            None => Ok(()),
         }
-        Ok(())
     }
 
-    /// Samples of the first frame on which `target`'s real generated shader and the CPU decoder disagree beyond
+    /// Samples of a frame on which `target`'s real generated shader and the CPU decoder disagree beyond
     /// the codec's statement, through `fetch` and, where `use_cell` says so, through `fetch_cell` too; `None` where
     /// there is no device or no shader.
     ///
     /// # Errors
     /// When the device cannot run the shader.
-    pub fn parity(&self, codec: &str, target: &Target, use_cell: bool) -> Result<Option<u64>, String> {
+    pub fn parity(
+        &self,
+        codec: &str,
+        target: &Target,
+        frame: FrameIndex,
+        use_cell: bool,
+    ) -> Result<Option<u64>, String> {
         let (Target::Device(device), Some(shader)) = (target, self.decoder.shader()) else {
             return Ok(None);
         };
-        let (decoder, agreement, frame) = (self.decoder.as_ref(), shader.agreement(), FrameIndex::FIRST);
+        let (decoder, agreement) = (self.decoder.as_ref(), shader.agreement());
+        let decoded = self.frame(frame)?;
         let paths: &[bool] = if use_cell { &[false, true] } else { &[false] };
         let mut mismatches = 0;
         for &use_cell in paths {
             let dump = device.dump(codec, decoder, frame, use_cell)?;
-            mismatches += Parity::compare(decoder, agreement, frame, self.frame.values(), &dump).mismatches;
+            mismatches += Parity::compare(decoder, agreement, frame, decoded.values(), &dump).mismatches;
         }
         Ok(Some(mismatches))
     }

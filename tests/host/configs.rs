@@ -45,6 +45,7 @@ fn every_configuration_resolves() {
         ("renderers", 104, 40),
         ("s3dc-table1", 42, 0),
         ("skipping", 96, 0),
+        ("volumes", 144, 0),
         ("vq", 24, 0),
     ];
     assert_eq!(counts, expected.map(|(name, cells, refused)| (name.to_owned(), cells, refused)));
