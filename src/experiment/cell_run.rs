@@ -24,6 +24,7 @@ pub fn empty_record(cell: &Cell, frames: FrameRange, volume: &FiniteVolume, targ
         renderer: cell.renderer.clone(),
         scene: cell.scene.clone(),
         skipping: cell.skipping,
+        stages: cell.stages,
         device: target.name(),
         driver: target.driver(),
         voxels: layout.voxels(),

@@ -4,21 +4,23 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use cvr_core::codec::{Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_frame, encode_file};
+use cvr_core::codec::{Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_stages, encode_file};
 use cvr_core::container::EncodedVolume;
 use cvr_core::metrics::{FrameError, VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, NoReferences, Region};
+use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, Level, NoReferences, Region};
 
 use super::latest::Latest;
 use super::skipping::LazyRanges;
 use super::target::Target;
 
-/// A volume as one codec with one set of settings gives it back.
+/// A volume as one codec with one set of settings gives it back, at one level.
 #[derive(Debug)]
 pub struct Encoded {
     /// The opened stream.
-    pub decoder: Box<dyn Decoder>,
+    pub decoder: Arc<dyn Decoder>,
+    /// The level at which it was decoded.
+    pub level: Level,
     /// Bytes of the file.
     pub file_bytes: u64,
     /// Wall seconds to encode, file written and synced.
@@ -29,7 +31,7 @@ pub struct Encoded {
     pub error: VolumeError,
     /// Error of each frame.
     pub frame_errors: Vec<FrameError>,
-    /// The encoder's promise.
+    /// The encoder's promise, which is for all stages; `None` where not all were decoded.
     pub error_bound: Option<f64>,
     /// Remarks of the encoder.
     pub notes: Vec<String>,
@@ -58,42 +60,65 @@ pub fn encode(
     encode_file(codec, settings, volume, volume.replaced(), &path, run).map_err(|e| e.to_string())?;
     let encode_seconds = start.elapsed().as_secs_f64();
     let stream = Arc::new(EncodedVolume::open(&path).map_err(|e| e.to_string())?);
-    let decoder = codec.decoder(stream.clone()).map_err(|e| e.to_string())?;
+    let decoder: Arc<dyn Decoder> = codec.decoder(stream.clone()).map_err(|e| e.to_string())?.into();
+    let report = &stream.spec().report;
+    let level = Level::FULL;
+    let Decoded { frame, decode_seconds, error, frame_errors, outside } =
+        decode(decoder.as_ref(), level, volume)?;
+    Ok(Encoded {
+        decoder,
+        level,
+        file_bytes: stream.file_bytes(),
+        encode_seconds,
+        decode_seconds,
+        error,
+        frame_errors,
+        error_bound: report.error_bound,
+        notes: report.notes.clone(),
+        macrocells: LazyRanges::default(),
+        frame: Latest::new(FrameIndex::FIRST, frame),
+        outside,
+    })
+}
 
+/// What decoding yields.
+struct Decoded {
+    /// The first frame.
+    frame: Arc<DecodedFrame>,
+    decode_seconds: f64,
+    error: VolumeError,
+    frame_errors: Vec<FrameError>,
+    outside: Option<String>,
+}
+
+/// Decodes every frame at a level, and compares it with the volume.
+fn decode(decoder: &dyn Decoder, level: Level, volume: &FiniteVolume) -> Result<Decoded, String> {
     let mut comparison = VolumeComparison::new(volume);
     let mut frame_errors = Vec::new();
     let (mut first, mut outside) = (None, None);
     let mut decode_seconds = 0.0;
     for frame in (0..decoder.layout().frames).map(FrameIndex) {
         let start = Instant::now();
-        let values = decode_frame(decoder.as_ref(), frame, &NoReferences).map_err(|e| e.to_string())?;
+        let values = decode_stages(decoder, frame, level.stages, &NoReferences).map_err(|e| e.to_string())?;
         decode_seconds += start.elapsed().as_secs_f64();
         frame_errors.push(comparison.add_frame(&values));
-        outside = outside.or_else(|| outside_promise(decoder.as_ref(), frame, &values));
+        outside = outside.or_else(|| outside_promise(decoder, (frame, level), &values));
         if frame == FrameIndex::FIRST {
             first = DecodedFrame::new(decoder.layout().clone(), values);
         }
     }
-    let first = Arc::new(first.ok_or("the stream holds no whole frame")?);
-    let report = &stream.spec().report;
-    Ok(Encoded {
-        frame: Latest::new(FrameIndex::FIRST, first),
-        outside,
-        file_bytes: stream.file_bytes(),
-        encode_seconds,
-        decode_seconds,
-        error: comparison.finish(),
-        frame_errors,
-        error_bound: report.error_bound,
-        notes: report.notes.clone(),
-        decoder,
-        macrocells: LazyRanges::default(),
-    })
+    let frame = Arc::new(first.ok_or("the stream holds no whole frame")?);
+    Ok(Decoded { frame, decode_seconds, error: comparison.finish(), frame_errors, outside })
 }
 
 /// What a value of a frame says that lies outside the range that the decoder promises.
-fn outside_promise(decoder: &dyn Decoder, frame: FrameIndex, values: &[f32]) -> Option<String> {
-    let range = decoder.value_range(BrickKey::full(frame, Region::whole(decoder.layout().extent)))?;
+fn outside_promise(
+    decoder: &dyn Decoder,
+    (frame, level): (FrameIndex, Level),
+    values: &[f32],
+) -> Option<String> {
+    let region = Region::whole(decoder.layout().extent);
+    let range = decoder.value_range(BrickKey { frame, level, region })?;
     let value = values.iter().find(|v| !range.contains(**v))?;
     Some(format!("a voxel decodes to {value}, promised {} to {}", range.min, range.max))
 }
@@ -105,10 +130,32 @@ impl Encoded {
     /// A sentence, when it cannot be decoded.
     pub fn frame(&self, frame: FrameIndex) -> Result<Arc<DecodedFrame>, String> {
         self.frame.get(frame, || {
-            let values =
-                decode_frame(self.decoder.as_ref(), frame, &NoReferences).map_err(|e| e.to_string())?;
+            let values = decode_stages(self.decoder.as_ref(), frame, self.level.stages, &NoReferences);
+            let values = values.map_err(|e| e.to_string())?;
             let layout = self.decoder.layout().clone();
             DecodedFrame::new(layout, values).map(Arc::new).ok_or_else(|| "no whole frame".to_owned())
+        })
+    }
+
+    /// The same stream decoded at another level.
+    ///
+    /// # Errors
+    /// A sentence, when decoding fails.
+    pub fn at(&self, level: Level, volume: &FiniteVolume) -> Result<Self, String> {
+        let Decoded { frame, decode_seconds, error, frame_errors, outside } =
+            decode(self.decoder.as_ref(), level, volume)?;
+        Ok(Self {
+            decoder: self.decoder.clone(),
+            level,
+            decode_seconds,
+            error,
+            frame_errors,
+            error_bound: self.error_bound.filter(|_| level == Level::FULL),
+            notes: self.notes.clone(),
+            macrocells: LazyRanges::default(),
+            frame: Latest::new(FrameIndex::FIRST, frame),
+            outside,
+            ..*self
         })
     }
 
@@ -148,12 +195,12 @@ impl Encoded {
             return Ok(None);
         };
         let (decoder, agreement) = (self.decoder.as_ref(), shader.agreement());
-        let decoded = self.frame(frame)?;
+        let (decoded, key) = (self.frame(frame)?, (frame, self.level));
         let paths: &[bool] = if use_cell { &[false, true] } else { &[false] };
         let mut mismatches = 0;
         for &use_cell in paths {
-            let dump = device.dump(codec, decoder, frame, use_cell)?;
-            mismatches += Parity::compare(decoder, agreement, frame, decoded.values(), &dump).mismatches;
+            let dump = device.dump_at(codec, decoder, key, use_cell)?;
+            mismatches += Parity::compare_at(decoder, agreement, key, decoded.values(), &dump).mismatches;
         }
         Ok(Some(mismatches))
     }

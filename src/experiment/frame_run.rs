@@ -57,14 +57,15 @@ impl FrameRun<'_> {
         let encoded = shared.encoded();
         let decoder = encoded.decoder.as_ref();
         let decoded = shared.decoded(cell.site, frame, record)?;
-        let voxels = VoxelSource { codec: &cell.codec, decoder, frame, decoded };
+        let voxels = VoxelSource { codec: &cell.codec, decoder, frame, level: encoded.level, decoded };
         debug_assert_eq!(voxels.site(), cell.site);
         let baseline = stage.baseline(frame)?;
         let mut view = stage.view(cell.filter)?;
         let unskipped = if cell.skipping { Some(stage.picture(&view, &voxels)?) } else { None };
         if cell.skipping {
             let function = &view.transfer_function;
-            view.macrocells = Some(encoded.macrocells.classify(decoder, frame, function, self.stop, record)?);
+            let key = (frame, encoded.level);
+            view.macrocells = Some(encoded.macrocells.classify(decoder, key, function, self.stop, record)?);
         }
         let picture = stage.picture(&view, &voxels)?;
         record.resident_bytes = picture.resident_bytes();

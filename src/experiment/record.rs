@@ -123,6 +123,10 @@ pub struct Record {
     /// Wall seconds on the CPU to decode the first frame macrocell by macrocell for the ranges of its values, once per
     /// volume, codec and settings. No frame time holds it.
     pub macrocell_seconds: Option<f64>,
+    /// Stages of the stream that were decoded, of those that it has; `None` for all. Errors and times are those of this
+    /// level; the file, and so its rate, is that of all stages.
+    #[serde(default)]
+    pub stages: Option<u8>,
     /// PSNR of red, green and blue, with the peak of the whole volume; of colour volumes alone.
     pub psnr_red_db: Option<f64>,
     /// Of green.

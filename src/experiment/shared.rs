@@ -1,4 +1,4 @@
-//! What cells of one codec and its settings share beside the stream: what is decoded and compared of the frame that is
+//! What cells of one codec, its settings and a level share beside the stream: what is decoded and compared of the frame that is
 //! drawn.
 
 use std::cell::RefCell;
@@ -15,7 +15,7 @@ use super::latest::Latest;
 use super::record::Record;
 use super::target::{Decoded, HostVolume, Target};
 
-/// Shared by the cells of one codec and its settings, as long as one of them runs.
+/// Shared by the cells of one codec, its settings and a level, as long as one of them runs.
 pub struct Shared<'a> {
     codec: &'a str,
     encoded: &'a Encoded,
@@ -28,7 +28,7 @@ pub struct Shared<'a> {
 }
 
 impl<'a> Shared<'a> {
-    /// Nothing yet; the cells are all of one codec and its settings.
+    /// Nothing yet; the cells are all of one codec, its settings and a level.
     pub fn new<'c>(
         target: &'a Target,
         codec: &'a str,
@@ -61,7 +61,7 @@ impl<'a> Shared<'a> {
             Site::Deferred => {
                 let decode = self.deferred.get(frame, || {
                     let decoded = self.encoded.frame(frame)?;
-                    SharedDecode::new(self.target, self.codec, decoder, frame, &decoded)
+                    SharedDecode::new(self.target, self.codec, decoder, (frame, self.encoded.level), &decoded)
                         .map_err(|e| e.to_string())
                 })?;
                 Decoded::Deferred(decode.enter(record)?)

@@ -13,7 +13,7 @@ use cvr_engine::timing::{FrameTime, PairBudget, paired};
 use super::latest::Latest;
 use super::record::Record;
 
-/// The macrocells of a stream's frame, decoded when a cell first asks for them.
+/// The macrocells of a stream's frame at one level, decoded when a cell first asks for them.
 #[derive(Debug, Default)]
 pub struct LazyRanges(Latest<Rc<(MacrocellRanges, f64)>>);
 
@@ -25,12 +25,12 @@ impl LazyRanges {
     pub fn get(
         &self,
         decoder: &dyn Decoder,
-        frame: FrameIndex,
+        (frame, level): (FrameIndex, Level),
         stop: &AtomicBool,
     ) -> Result<Rc<(MacrocellRanges, f64)>, String> {
         self.0.get(frame, || {
             let start = Instant::now();
-            let ranges = MacrocellRanges::decode(decoder, frame, Level::FULL, stop);
+            let ranges = MacrocellRanges::decode(decoder, frame, level, stop);
             let ranges = ranges.map_err(|e| e.to_string())?.ok_or("stopped")?;
             Ok(Rc::new((ranges, start.elapsed().as_secs_f64())))
         })
@@ -43,12 +43,12 @@ impl LazyRanges {
     pub fn classify(
         &self,
         decoder: &dyn Decoder,
-        frame: FrameIndex,
+        (frame, level): (FrameIndex, Level),
         transfer_function: &TransferFunction,
         stop: &AtomicBool,
         record: &mut Record,
     ) -> Result<Arc<Macrocells>, String> {
-        let found = self.get(decoder, frame, stop)?;
+        let found = self.get(decoder, (frame, level), stop)?;
         let (ranges, seconds) = &*found;
         let macrocells = ranges.classify(transfer_function);
         record.macrocell_seconds = Some(*seconds);

@@ -58,11 +58,13 @@ impl RawVolume {
                 self.host.get(frame, || target.upload(decoder, self.encoded.frame(frame)?).map_err(text))?,
             ),
             Site::Deferred => Decoded::Deferred(self.deferred.get(frame, || {
-                target.decode(RAW, decoder, frame, &self.encoded.frame(frame)?).map_err(text)
+                target
+                    .decode(RAW, decoder, (frame, self.encoded.level), &self.encoded.frame(frame)?)
+                    .map_err(text)
             })?),
             _ => Decoded::Inline,
         };
-        Ok(VoxelSource { codec: RAW, decoder, frame, decoded })
+        Ok(VoxelSource { codec: RAW, decoder, frame, level: self.encoded.level, decoded })
     }
 }
 

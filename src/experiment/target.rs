@@ -131,6 +131,7 @@ impl Target {
                 view: Box::new(view.clone()),
                 decoder: voxels.decoder,
                 index: voxels.frame,
+                level: voxels.level,
                 frame: decoded.frame(),
             },
             (Self::Device(device), Decoded::Inline) => {
@@ -138,7 +139,7 @@ impl Target {
                     codec: voxels.codec,
                     decoder: voxels.decoder,
                     frame: voxels.frame,
-                    level: Level::FULL,
+                    level: voxels.level,
                 };
                 Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
             }
@@ -213,6 +214,8 @@ pub struct VoxelSource<'a> {
     pub decoder: &'a dyn Decoder,
     /// The frame that is drawn.
     pub frame: FrameIndex,
+    /// The level that is drawn, and of what is decoded already.
+    pub level: Level,
     /// What of it is decoded already.
     pub decoded: Decoded,
 }
@@ -245,6 +248,7 @@ enum Kind<'a> {
         view: Box<View>,
         decoder: &'a dyn Decoder,
         index: FrameIndex,
+        level: Level,
         frame: Option<Arc<DecodedFrame>>,
     },
 }
@@ -312,13 +316,16 @@ impl Picture<'_> {
     }
 
     fn mirror(&self) -> Result<Image, DrawError> {
-        let Kind::Mirror { renderer, view, decoder, index, frame } = &self.kind else {
+        let Kind::Mirror { renderer, view, decoder, index, level, frame } = &self.kind else {
             return Err(EngineError::Unsupported("a device's picture has no mirror".to_owned()).into());
         };
         let mut image = Image::new(view.size);
         match frame {
             Some(frame) => renderer.reference(view, &**frame, &mut image)?,
-            None => renderer.reference(view, &DecoderVoxels::new(*decoder, *index), &mut image)?,
+            None => {
+                let voxels = DecoderVoxels::new(*decoder, *index).with_stages(level.stages);
+                renderer.reference(view, &voxels, &mut image)?;
+            }
         }
         Ok(image)
     }

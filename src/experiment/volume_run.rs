@@ -6,6 +6,7 @@ use std::sync::Arc;
 use cvr_core::codec::{Codec, Progress, Settings};
 use cvr_core::pipeline::Cell;
 use cvr_core::render::Renderer;
+use cvr_core::volume::Level;
 
 use super::cell_run::{self, empty_record, record_encoding};
 use super::encoded::{Encoded, encode};
@@ -131,6 +132,37 @@ impl<'a> VolumeRun<'a> {
         if self.run.stopped() {
             return Ok(());
         }
+        let mut levels: Vec<Level> = Vec::new();
+        cells.iter().map(|n| n.cell.level()).for_each(|level| {
+            if !levels.contains(&level) {
+                levels.push(level);
+            }
+        });
+        for level in levels {
+            if self.must_end() {
+                break;
+            }
+            let of_level: Vec<Numbered<'b>> =
+                cells.iter().copied().filter(|n| n.cell.level() == level).collect();
+            // What all stages decode to is at hand.
+            let at_level = match &encoded {
+                Ok(encoded) if level != encoded.level => Some(encoded.at(level, &self.volume.volume)),
+                _ => None,
+            };
+            self.level_cells(&of_level, at_level.as_ref().unwrap_or(&encoded), stages, ledger)?;
+        }
+        Ok(())
+    }
+
+    /// Those of them that are drawn at one level.
+    fn level_cells<'b>(
+        &self,
+        cells: &[Numbered<'b>],
+        encoded: &Result<Encoded, String>,
+        stages: &mut Stages<'b>,
+        ledger: &mut Ledger<'_>,
+    ) -> Result<(), RunError> {
+        let Numbered { cell: first, .. } = cells[0];
         let shared = encoded
             .as_ref()
             .map(|encoded| Shared::new(self.target, &first.codec, encoded, cells.iter().map(|n| n.cell)));
