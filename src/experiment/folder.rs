@@ -49,7 +49,7 @@ pub fn clear(folder: &Path) -> Result<(), String> {
 /// # Errors
 /// When its folders cannot be made.
 pub fn prepare(folder: &Path) -> Result<(), String> {
-    for name in [IMAGES, FRAMES, CELLS] {
+    for name in [IMAGES, CELLS] {
         let folder = folder.join(name);
         std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }

@@ -68,12 +68,14 @@ pub fn figures(errors: &[FrameError], drawn: &[Record]) -> Vec<FrameFigures> {
     (0..).zip(errors).map(of_frame).collect()
 }
 
-/// Writes the figures of a cell; returns the path relative to the report's folder.
+/// Writes the figures of a cell into a folder that only runs over sequences have; returns the path relative to the report's folder.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write(folder: &Path, id: &str, figures: &[FrameFigures]) -> Result<String, ResultsError> {
     let name = format!("{FRAMES}/{id}.csv");
+    let frames = folder.join(FRAMES);
+    std::fs::create_dir_all(&frames).map_err(|e| ResultsError::new(&frames, e))?;
     write_rows(&folder.join(&name), figures)?;
     Ok(name)
 }

@@ -329,5 +329,9 @@ fn copy(
         return Err(refuse(folder, format!("{path} has changed since its cell was measured")));
     }
     let bytes = std::fs::read(&from).map_err(|e| refuse(folder, format!("{path}: {e}")))?;
-    write_whole(&out.join(target), &bytes).map_err(|e| refuse(out, e))
+    let target = out.join(target);
+    if let Some(parent) = target.parent() {
+        std::fs::create_dir_all(parent).map_err(|e| refuse(out, e))?;
+    }
+    write_whole(&target, &bytes).map_err(|e| refuse(out, e))
 }
