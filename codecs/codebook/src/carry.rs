@@ -1,0 +1,294 @@
+//! Nearest codewords carried from round to round: the outcome is that of a [`Search`], most of which is left out because
+//! bounds prove it idle.
+//!
+//! Of every vector three things are known: the codeword that was its nearest, its distance `u` from where that codeword is
+//! now, and a distance `l` that all other codewords kept (Hamerly 2010). With the distances between codewords,
+//!
+//! * a codeword farther than 2u from the vector's own cannot be nearer (Elkan 2003, lemma 1);
+//! * of those within, each has moved by no more than the farthest-moved of *them*: while `u < l − that`, none of them is
+//!   nearer. Codewords that moved far, or are new, disturb the cells about them and no others.
+//!
+//! What these leave open is scored cell by cell ([`crate::scores`]), in coordinates about the cell's codeword and against
+//! the codewords within 2u alone: distances, and so the bound of rounding, are small there. Bounds are widened by
+//! [`SLACK`], far beyond the rounding of a sum in double precision, and ties are never settled by a bound.
+
+use rayon::prelude::*;
+
+use crate::cells::Cells;
+use crate::distance::squared;
+use crate::scores::{COLUMNS, Candidates, ROWS, margin, product};
+use crate::wide::wide;
+use crate::{Codebook, Nearest, Search, Vectors};
+
+/// Relative width added to bounds.
+const SLACK: f64 = 1e-9;
+/// Cells whose codewords are compared with all others in one matrix product.
+const CELLS: usize = 16;
+
+/// What one codeword of a former round has become.
+#[derive(Copy, Clone, Debug)]
+pub struct Step {
+    /// Its index now.
+    pub index: u32,
+    /// Whether it stands elsewhere.
+    pub moved: bool,
+}
+
+/// What is known of one vector.
+#[derive(Copy, Clone, Debug)]
+struct Known {
+    nearest: Nearest,
+    /// All other codewords are at least this far.
+    others: f64,
+}
+
+/// What is known of all vectors.
+#[derive(Clone, Debug)]
+pub struct Carried {
+    /// Codeword and squared distance.
+    pub nearest: Vec<Nearest>,
+    /// All other codewords are at least this far.
+    others: Vec<f64>,
+}
+
+/// Codewords about another one.
+struct Reach {
+    /// Those within the reach, ascending, the one in the middle left out.
+    within: Vec<u32>,
+    /// No other codeword is nearer to the one in the middle.
+    closest: f64,
+    /// None beyond the reach is nearer.
+    beyond: f64,
+    /// The farthest way that one of those within has moved.
+    drift: f64,
+}
+
+/// A vector that bounds leave open.
+struct Open {
+    /// Its place in the cell.
+    place: usize,
+    vector: u32,
+    /// Distance from the cell's codeword, widened.
+    distance: f64,
+    square: f64,
+}
+
+/// One round's codewords.
+pub struct Round<'a> {
+    vectors: &'a Vectors,
+    search: Search<'a>,
+    codebook: &'a Codebook,
+    /// How far each codeword has moved; infinity for one that is new.
+    moves: &'a [f64],
+}
+
+impl Carried {
+    /// From a search among all codewords.
+    pub fn searched(vectors: &Vectors, codebook: &Codebook) -> Self {
+        let nearest = Search::new(codebook, None).all(vectors);
+        Self { others: vec![0.0; nearest.len()], nearest }
+    }
+
+    /// From any codeword for each vector, as close as can be.
+    pub fn guessed(vectors: &Vectors, codebook: &Codebook, indices: &[u32]) -> Self {
+        let nearest = indices.iter().map(|index| Nearest { index: *index, distance: 0.0 }).collect();
+        let mut carried = Self { nearest, others: vec![0.0; indices.len()] };
+        let cells = Cells::new(&carried.nearest, codebook.size());
+        let steps: Vec<Step> = (0..codebook.size() as u32).map(|index| Step { index, moved: true }).collect();
+        carried.advance(vectors, &cells, codebook, &steps, &vec![f64::INFINITY; codebook.size()]);
+        carried
+    }
+
+    /// Nearest codewords after a round. `cells` are those of the former codebook, `steps` tell what became of each of its
+    /// codewords that has members, `moves` how far each of `codebook` has moved. Returns which codewords lost or won a
+    /// vector.
+    pub fn advance(
+        &mut self,
+        vectors: &Vectors,
+        cells: &Cells,
+        codebook: &Codebook,
+        steps: &[Step],
+        moves: &[f64],
+    ) -> Vec<bool> {
+        let round = Round { vectors, search: Search::new(codebook, None), codebook, moves };
+        let batch = |first: usize| {
+            let old: Vec<usize> =
+                (first..steps.len().min(first + CELLS)).filter(|k| !cells.members(*k).is_empty()).collect();
+            let middles: Vec<u32> = old.iter().map(|k| steps[*k].index).collect();
+            let apart = round.search.apart(&middles);
+            let rows = apart.chunks_exact(codebook.size());
+            let of_cell =
+                |(k, apart): (&usize, &[f32])| (*k, round.cell(self, cells.members(*k), steps[*k], apart));
+            old.iter().zip(rows).map(of_cell).collect::<Vec<_>>()
+        };
+        let firsts: Vec<usize> = (0..steps.len()).step_by(CELLS).collect();
+        let done: Vec<_> = firsts.into_par_iter().map(batch).collect();
+        let mut changed = vec![false; codebook.size()];
+        for (k, found) in done.into_iter().flatten() {
+            for (&i, Known { nearest, others }) in cells.members(k).iter().zip(found) {
+                if nearest.index != steps[k].index {
+                    changed[nearest.index as usize] = true;
+                    changed[steps[k].index as usize] = true;
+                }
+                self.nearest[i as usize] = nearest;
+                self.others[i as usize] = others;
+            }
+        }
+        changed
+    }
+}
+
+impl Round<'_> {
+    /// The members of a cell: nearest codewords, and how far the others are at least.
+    fn cell(&self, carried: &Carried, members: &[u32], step: Step, apart: &[f32]) -> Vec<Known> {
+        let own = self.codebook.codeword(step.index as usize);
+        let squares: Vec<f64> = wide(|| {
+            let square = |i: &u32| match step.moved {
+                true => squared(self.vectors.vector(*i as usize), own, None),
+                false => carried.nearest[*i as usize].distance,
+            };
+            members.iter().map(square).collect()
+        });
+        let farthest = squares.iter().fold(0.0, |a: f64, b| a.max(*b)).sqrt() * (1.0 + SLACK);
+        let reach = self.reach(step.index, apart, 2.0 * farthest);
+        let mut found = Vec::with_capacity(members.len());
+        let mut open = Vec::new();
+        for (place, (&vector, &square)) in members.iter().zip(&squares).enumerate() {
+            let distance = square.sqrt() * (1.0 + SLACK);
+            let kept = carried.others[vector as usize] * (1.0 - SLACK) - reach.drift * (1.0 + SLACK);
+            let others = kept.max(reach.closest - distance);
+            if distance >= others {
+                open.push(Open { place, vector, distance, square });
+            }
+            let nearest = Nearest { index: step.index, distance: square };
+            found.push(Known { nearest, others: others.min(reach.beyond - distance) });
+        }
+        // Those of like distance together, so that a block reaches no farther than it must.
+        open.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.place.cmp(&b.place)));
+        let blocks: Vec<Vec<Known>> = if open.len() > 4 * ROWS {
+            open.par_chunks(ROWS).map(|block| self.block(step.index, block, apart)).collect()
+        } else {
+            open.chunks(ROWS).map(|block| self.block(step.index, block, apart)).collect()
+        };
+        for (open, settled) in open.iter().zip(blocks.into_iter().flatten()) {
+            found[open.place] = settled;
+        }
+        found
+    }
+
+    /// `apart` are squared distances between codewords, in spans, which are no larger than they truly are.
+    fn reach(&self, middle: u32, apart: &[f32], radius: f64) -> Reach {
+        let span = self.search.span();
+        let limit = (radius / span).powi(2) * (1.0 + 1e-6);
+        let limit = if limit < f64::from(f32::MAX) { limit as f32 } else { f32::MAX };
+        wide(|| {
+            let (mut within, mut drift) = (Vec::new(), 0.0_f64);
+            let (mut closest, mut beyond) = (f32::INFINITY, f32::INFINITY);
+            for (first, chunk) in (0..).step_by(16).zip(apart.chunks(16)) {
+                let least = chunk.iter().fold(f32::INFINITY, |a, b| if *b < a { *b } else { a });
+                if least > limit {
+                    beyond = if least < beyond { least } else { beyond };
+                    continue;
+                }
+                for (c, &square) in (first..).zip(chunk) {
+                    if square > limit {
+                        beyond = beyond.min(square);
+                    } else if c != middle {
+                        within.push(c);
+                        closest = closest.min(square);
+                        drift = drift.max(self.moves[c as usize]);
+                    }
+                }
+            }
+            let distance = |square: f32| f64::from(square).sqrt() * span * (1.0 - SLACK);
+            Reach { within, closest: distance(closest), beyond: distance(beyond), drift }
+        })
+    }
+
+    /// Members of one cell that bounds leave open, the farthest last, at most [`ROWS`].
+    fn block(&self, middle: u32, open: &[Open], apart: &[f32]) -> Vec<Known> {
+        let farthest = open.last().map_or(0.0, |o| o.distance);
+        let reach = self.reach(middle, apart, 2.0 * farthest);
+        let mut indices = reach.within;
+        indices.insert(indices.partition_point(|c| *c < middle), middle);
+        let scale = if farthest > 0.0 { 1.0 / farthest } else { 1.0 };
+        let own = self.codebook.codeword(middle as usize);
+        let width = own.len() + 1;
+        let (operands, radius) = wide(|| local_codewords(self.codebook, &indices, own, scale));
+        let rows = wide(|| local_vectors(self.vectors, open, own, scale));
+        let of_open = |o: &Open| Candidates::new(margin(own.len(), o.distance * scale, radius));
+        let mut candidates: Vec<Candidates> = open.iter().map(of_open).collect();
+        let mut scores = vec![0.0_f32; open.len() * indices.len().min(COLUMNS)];
+        for (tile, operands) in operands.chunks(COLUMNS * width).enumerate() {
+            let columns = operands.len() / width;
+            let scores = &mut scores[..open.len() * columns];
+            product(&rows, operands, width, scores);
+            for (candidates, scores) in candidates.iter_mut().zip(scores.chunks_exact(columns)) {
+                candidates.take((tile * COLUMNS) as u32, scores);
+            }
+        }
+        let settle = |(o, candidates): (&Open, &Candidates)| {
+            let mut best = Nearest { index: middle, distance: f64::INFINITY };
+            for index in candidates.indices().map(|c| indices[c as usize]) {
+                let distance = if index == middle {
+                    o.square
+                } else {
+                    let codeword = self.codebook.codeword(index as usize);
+                    squared(self.vectors.vector(o.vector as usize), codeword, None)
+                };
+                if distance < best.distance {
+                    best = Nearest { index, distance };
+                }
+            }
+            let own = o.square * scale * scale * (1.0 - SLACK);
+            let others = (f64::from(candidates.others()) + own).max(0.0).sqrt() / scale * (1.0 - SLACK);
+            Known { nearest: best, others: others.min(reach.beyond - o.distance) }
+        };
+        open.iter().zip(&candidates).map(settle).collect()
+    }
+}
+
+/// Codewords about another one, doubled with negative sign, then the squared norm; and the largest norm.
+#[inline(always)]
+fn local_codewords(codebook: &Codebook, indices: &[u32], own: &[f32], scale: f64) -> (Vec<f32>, f64) {
+    let width = own.len() + 1;
+    let (mut operands, mut largest) = (vec![0.0; indices.len() * width], 0.0_f64);
+    for (operand, index) in operands.chunks_exact_mut(width).zip(indices) {
+        let codeword = codebook.codeword(*index as usize);
+        for ((o, c), m) in operand.iter_mut().zip(codeword).zip(own) {
+            *o = ((f64::from(*c) - f64::from(*m)) * scale) as f32;
+        }
+        let norm = squared_norm(&operand[..own.len()]);
+        operand.iter_mut().for_each(|o| *o *= -2.0);
+        operand[own.len()] = norm as f32;
+        largest = largest.max(norm);
+    }
+    (operands, largest.sqrt())
+}
+
+/// Vectors about a codeword, then 1.
+#[inline(always)]
+fn local_vectors(vectors: &Vectors, open: &[Open], own: &[f32], scale: f64) -> Vec<f32> {
+    let width = own.len() + 1;
+    let mut rows = vec![1.0; open.len() * width];
+    for (row, o) in rows.chunks_exact_mut(width).zip(open) {
+        for ((r, x), m) in row.iter_mut().zip(vectors.vector(o.vector as usize)).zip(own) {
+            *r = ((f64::from(*x) - f64::from(*m)) * scale) as f32;
+        }
+    }
+    rows
+}
+
+/// `Σ v²` in double precision, in lanes.
+#[inline(always)]
+fn squared_norm(v: &[f32]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let chunks = v.chunks_exact(8);
+    let rest: f64 = chunks.remainder().iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
+    for chunk in chunks {
+        for (lane, x) in lanes.iter_mut().zip(chunk) {
+            *lane += f64::from(*x) * f64::from(*x);
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
