@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::cells::Cells;
 use crate::distance::squared;
-use crate::scores::{COLUMNS, Candidates, ROWS, margin, product};
+use crate::scores::{ROWS, margin, place_of, product, two_lowest};
 use crate::wide::wide;
 use crate::{Codebook, Nearest, Search, Vectors};
 
@@ -24,6 +24,10 @@ use crate::{Codebook, Nearest, Search, Vectors};
 const SLACK: f64 = 1e-9;
 /// Cells whose codewords are compared with all others in one matrix product.
 const CELLS: usize = 16;
+/// Scores of one matrix product: 256 KiB.
+const SCORES: usize = 1 << 16;
+/// Vectors in a matrix product where there are so many codewords that scores fill more.
+const LEAST_ROWS: usize = 32;
 
 /// What one codeword of a former round has become.
 #[derive(Copy, Clone, Debug)]
@@ -117,8 +121,10 @@ impl Carried {
             let middles: Vec<u32> = old.iter().map(|k| steps[*k].index).collect();
             let apart = round.search.apart(&middles);
             let rows = apart.chunks_exact(codebook.size());
-            let of_cell =
-                |(k, apart): (&usize, &[f32])| (*k, round.cell(self, cells.members(*k), steps[*k], apart));
+            let mut scratch = Scratch::default();
+            let of_cell = |(k, apart): (&usize, &[f32])| {
+                (*k, round.cell(self, cells.members(*k), steps[*k], apart, &mut scratch))
+            };
             old.iter().zip(rows).map(of_cell).collect::<Vec<_>>()
         };
         let firsts: Vec<usize> = (0..steps.len()).step_by(CELLS).collect();
@@ -140,7 +146,14 @@ impl Carried {
 
 impl Round<'_> {
     /// The members of a cell: nearest codewords, and how far the others are at least.
-    fn cell(&self, carried: &Carried, members: &[u32], step: Step, apart: &[f32]) -> Vec<Known> {
+    fn cell(
+        &self,
+        carried: &Carried,
+        members: &[u32],
+        step: Step,
+        apart: &[f32],
+        scratch: &mut Scratch,
+    ) -> Vec<Known> {
         let own = self.codebook.codeword(step.index as usize);
         let squares: Vec<f64> = wide(|| {
             let square = |i: &u32| match step.moved {
@@ -163,14 +176,22 @@ impl Round<'_> {
             let nearest = Nearest { index: step.index, distance: square };
             found.push(Known { nearest, others: others.min(reach.beyond - distance) });
         }
-        // Those of like distance together, so that a block reaches no farther than it must.
-        open.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.place.cmp(&b.place)));
-        let blocks: Vec<Vec<Known>> = if open.len() > 4 * ROWS {
-            open.par_chunks(ROWS).map(|block| self.block(step.index, block, apart)).collect()
+        if open.len() > ROWS {
+            // Those of like distance together, so that a block reaches no farther than it must.
+            open.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.place.cmp(&b.place)));
+        }
+        let mut settled = Vec::with_capacity(open.len());
+        if open.len() > 8 * ROWS {
+            let block = |scratch: &mut Scratch, open: &[Open]| {
+                let mut settled = Vec::with_capacity(open.len());
+                self.block(step.index, open, apart, scratch, &mut settled);
+                settled
+            };
+            settled.par_extend(open.par_chunks(ROWS).map_init(Scratch::default, block).flatten_iter());
         } else {
-            open.chunks(ROWS).map(|block| self.block(step.index, block, apart)).collect()
-        };
-        for (open, settled) in open.iter().zip(blocks.into_iter().flatten()) {
+            open.chunks(ROWS).for_each(|open| self.block(step.index, open, apart, scratch, &mut settled));
+        }
+        for (open, settled) in open.iter().zip(settled) {
             found[open.place] = settled;
         }
         found
@@ -205,54 +226,93 @@ impl Round<'_> {
         })
     }
 
-    /// Members of one cell that bounds leave open, the farthest last, at most [`ROWS`].
-    fn block(&self, middle: u32, open: &[Open], apart: &[f32]) -> Vec<Known> {
-        let farthest = open.last().map_or(0.0, |o| o.distance);
+    /// Members of one cell that bounds leave open, at most [`ROWS`].
+    fn block(
+        &self,
+        middle: u32,
+        open: &[Open],
+        apart: &[f32],
+        scratch: &mut Scratch,
+        found: &mut Vec<Known>,
+    ) {
+        let farthest = open.iter().fold(0.0, |a: f64, o| a.max(o.distance));
         let reach = self.reach(middle, apart, 2.0 * farthest);
         let mut indices = reach.within;
         indices.insert(indices.partition_point(|c| *c < middle), middle);
         let scale = if farthest > 0.0 { 1.0 / farthest } else { 1.0 };
         let own = self.codebook.codeword(middle as usize);
         let width = own.len() + 1;
-        let (operands, radius) = wide(|| local_codewords(self.codebook, &indices, own, scale));
-        let rows = wide(|| local_vectors(self.vectors, open, own, scale));
-        let of_open = |o: &Open| Candidates::new(margin(own.len(), o.distance * scale, radius));
-        let mut candidates: Vec<Candidates> = open.iter().map(of_open).collect();
-        let mut scores = vec![0.0_f32; open.len() * indices.len().min(COLUMNS)];
-        for (tile, operands) in operands.chunks(COLUMNS * width).enumerate() {
-            let columns = operands.len() / width;
-            let scores = &mut scores[..open.len() * columns];
-            product(&rows, operands, width, scores);
-            for (candidates, scores) in candidates.iter_mut().zip(scores.chunks_exact(columns)) {
-                candidates.take((tile * COLUMNS) as u32, scores);
+        let Scratch { operands, rows, scores } = scratch;
+        let radius = wide(|| local_codewords(self.codebook, &indices, own, scale, operands));
+        // As many vectors in a product as keep the scores near.
+        for open in open.chunks((SCORES / indices.len()).clamp(LEAST_ROWS, ROWS)) {
+            wide(|| local_vectors(self.vectors, open, own, scale, rows));
+            if scores.len() < open.len() * indices.len() {
+                scores.resize(open.len() * indices.len(), 0.0);
             }
-        }
-        let settle = |(o, candidates): (&Open, &Candidates)| {
-            let mut best = Nearest { index: middle, distance: f64::INFINITY };
-            for index in candidates.indices().map(|c| indices[c as usize]) {
-                let distance = if index == middle {
-                    o.square
-                } else {
-                    let codeword = self.codebook.codeword(index as usize);
-                    squared(self.vectors.vector(o.vector as usize), codeword, None)
-                };
-                if distance < best.distance {
-                    best = Nearest { index, distance };
+            let scores = &mut scores[..open.len() * indices.len()];
+            product(rows, operands, width, scores);
+            wide(|| {
+                for (o, scores) in open.iter().zip(scores.chunks_exact(indices.len())) {
+                    let margin = margin(own.len(), o.distance * scale, radius);
+                    let (nearest, others) = self.settle(o, &indices, middle, scores, margin);
+                    let own = o.square * scale * scale * (1.0 - SLACK);
+                    let others = (f64::from(others) + own).max(0.0).sqrt() / scale * (1.0 - SLACK);
+                    found.push(Known { nearest, others: others.min(reach.beyond - o.distance) });
                 }
-            }
-            let own = o.square * scale * scale * (1.0 - SLACK);
-            let others = (f64::from(candidates.others()) + own).max(0.0).sqrt() / scale * (1.0 - SLACK);
-            Known { nearest: best, others: others.min(reach.beyond - o.distance) }
+            });
+        }
+    }
+
+    /// The nearest of the codewords, and a score that none of the others truly lies below.
+    #[inline(always)]
+    fn settle(&self, o: &Open, indices: &[u32], middle: u32, scores: &[f32], margin: f32) -> (Nearest, f32) {
+        let [lowest, second] = two_lowest(scores);
+        let limit = lowest + margin;
+        let measure = |index: u32| {
+            let distance = if index == middle {
+                o.square
+            } else {
+                let codeword = self.codebook.codeword(index as usize);
+                squared(self.vectors.vector(o.vector as usize), codeword, None)
+            };
+            Nearest { index, distance }
         };
-        open.iter().zip(&candidates).map(settle).collect()
+        if second > limit
+            && let Some(place) = place_of(scores, lowest)
+        {
+            return (measure(indices[place]), second - margin);
+        }
+        let candidates = indices.iter().zip(scores).filter(|(_, score)| **score <= limit);
+        let nearer = |best: Nearest, (index, _): (&u32, &f32)| {
+            let other = measure(*index);
+            if other.distance < best.distance { other } else { best }
+        };
+        let none = Nearest { index: middle, distance: f64::INFINITY };
+        (candidates.fold(none, nearer), lowest - margin)
     }
 }
 
-/// Codewords about another one, doubled with negative sign, then the squared norm; and the largest norm.
+/// Memory that one block leaves to the next.
+#[derive(Default)]
+struct Scratch {
+    operands: Vec<f32>,
+    rows: Vec<f32>,
+    scores: Vec<f32>,
+}
+
+/// Codewords about another one, doubled with negative sign, then the squared norm; returns the largest norm.
 #[inline(always)]
-fn local_codewords(codebook: &Codebook, indices: &[u32], own: &[f32], scale: f64) -> (Vec<f32>, f64) {
+fn local_codewords(
+    codebook: &Codebook,
+    indices: &[u32],
+    own: &[f32],
+    scale: f64,
+    operands: &mut Vec<f32>,
+) -> f64 {
     let width = own.len() + 1;
-    let (mut operands, mut largest) = (vec![0.0; indices.len() * width], 0.0_f64);
+    let mut largest = 0.0_f64;
+    operands.resize(indices.len() * width, 0.0);
     for (operand, index) in operands.chunks_exact_mut(width).zip(indices) {
         let codeword = codebook.codeword(*index as usize);
         for ((o, c), m) in operand.iter_mut().zip(codeword).zip(own) {
@@ -263,20 +323,20 @@ fn local_codewords(codebook: &Codebook, indices: &[u32], own: &[f32], scale: f64
         operand[own.len()] = norm as f32;
         largest = largest.max(norm);
     }
-    (operands, largest.sqrt())
+    largest.sqrt()
 }
 
 /// Vectors about a codeword, then 1.
 #[inline(always)]
-fn local_vectors(vectors: &Vectors, open: &[Open], own: &[f32], scale: f64) -> Vec<f32> {
+fn local_vectors(vectors: &Vectors, open: &[Open], own: &[f32], scale: f64, rows: &mut Vec<f32>) {
     let width = own.len() + 1;
-    let mut rows = vec![1.0; open.len() * width];
+    rows.resize(open.len() * width, 0.0);
     for (row, o) in rows.chunks_exact_mut(width).zip(open) {
         for ((r, x), m) in row.iter_mut().zip(vectors.vector(o.vector as usize)).zip(own) {
             *r = ((f64::from(*x) - f64::from(*m)) * scale) as f32;
         }
+        row[own.len()] = 1.0;
     }
-    rows
 }
 
 /// `Σ v²` in double precision, in lanes.

@@ -46,8 +46,6 @@ pub fn product(vectors: &[f32], operands: &[f32], width: usize, scores: &mut [f3
 #[derive(Clone, Debug)]
 pub struct Candidates {
     lowest: f32,
-    /// Second lowest score of all.
-    second: f32,
     margin: f32,
     list: Vec<(u32, f32)>,
 }
@@ -55,14 +53,13 @@ pub struct Candidates {
 impl Candidates {
     /// None yet. `margin` is that of the vector.
     pub const fn new(margin: f32) -> Self {
-        Self { lowest: f32::INFINITY, second: f32::INFINITY, margin, list: Vec::new() }
+        Self { lowest: f32::INFINITY, margin, list: Vec::new() }
     }
 
     /// The scores of the codewords from `first` on.
     pub fn take(&mut self, first: u32, scores: &[f32]) {
         wide(|| {
-            let [lowest, second] = two_lowest(scores);
-            self.second = lower(self.second, lower(second, higher(lowest, self.lowest)));
+            let [lowest, _] = two_lowest(scores);
             if lowest > self.lowest + self.margin {
                 return;
             }
@@ -87,11 +84,6 @@ impl Candidates {
         let limit = self.lowest + self.margin;
         self.list.iter().filter(move |(_, score)| *score <= limit).map(|(index, _)| *index)
     }
-
-    /// A score that no codeword truly lies below, but one: whichever of the candidates is the nearest.
-    pub fn others(&self) -> f32 {
-        self.second - 2.0 * self.margin
-    }
 }
 
 #[inline(always)]
@@ -106,7 +98,7 @@ fn higher(a: f32, b: f32) -> f32 {
 
 /// The two lowest of some scores, in lanes that a compiler turns into vector instructions.
 #[inline(always)]
-fn two_lowest(scores: &[f32]) -> [f32; 2] {
+pub fn two_lowest(scores: &[f32]) -> [f32; 2] {
     let (mut first, mut second) = ([f32::INFINITY; LANES], [f32::INFINITY; LANES]);
     let chunks = scores.chunks_exact(LANES);
     let rest = chunks.remainder();
@@ -121,6 +113,17 @@ fn two_lowest(scores: &[f32]) -> [f32; 2] {
         two = [lower(two[0], *score), lower(two[1], higher(two[0], *score))];
     }
     two
+}
+
+/// Where a score stands first.
+#[inline(always)]
+pub fn place_of(scores: &[f32], wanted: f32) -> Option<usize> {
+    for (first, chunk) in (0..).step_by(LANES).zip(scores.chunks(LANES)) {
+        if chunk.iter().fold(false, |any, score| any | (*score == wanted)) {
+            return chunk.iter().position(|score| *score == wanted).map(|place| first + place);
+        }
+    }
+    None
 }
 
 #[cfg(test)]
@@ -144,9 +147,7 @@ mod tests {
         candidates.take(0, &[3.0, 1.4, 9.0]);
         candidates.take(3, &[1.0, 1.6, 1.5]);
         assert_eq!(candidates.indices().collect::<Vec<_>>(), [1, 3, 5]);
-        assert_eq!(candidates.others(), 1.4 - 1.0);
         candidates.take(6, &[0.2]);
         assert_eq!(candidates.indices().collect::<Vec<_>>(), [6]);
-        assert_eq!(candidates.others(), 0.0);
     }
 }

@@ -33,5 +33,12 @@ pub fn train(vectors: &Vectors, training: &Training, run: &Progress<'_>) -> Resu
     let first = training.initial.begin(&vectors, training.size, training.seed, run)?;
     let (codebook, places) = Codebook::placed(&first.codewords, vectors.dimension(), training.quantiser);
     let cells = first.cells.map(|cells| cells.into_iter().map(|k| places[k as usize]).collect::<Vec<u32>>());
-    refine(&vectors, codebook, cells.as_deref(), training.size, training.stop, run)
+    // Members of a cell side by side are read faster in every round.
+    let Some(mut cells) = cells else {
+        return refine(&vectors, codebook, None, training.size, training.stop, run);
+    };
+    let mut order: Vec<u32> = (0..cells.len() as u32).collect();
+    order.sort_by_key(|i| cells[*i as usize]);
+    cells.sort_unstable();
+    refine(&vectors.ordered(&order), codebook, Some(&cells), training.size, training.stop, run)
 }
