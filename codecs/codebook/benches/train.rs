@@ -45,16 +45,16 @@ fn parts(c: &mut Criterion) {
         group.throughput(Throughput::Elements(VECTORS as u64)).sample_size(10);
         for size in [256, 1024] {
             group.bench_function(BenchmarkId::new("pca", size), |b| {
-                b.iter(|| Initial::Pca.codewords(black_box(&vectors), size, &run));
+                b.iter(|| Initial::Pca.codewords(black_box(&vectors), size, 1, &run));
             });
-            let Ok(first) = Initial::Pca.codewords(&vectors, size, &run) else { continue };
+            let Ok(first) = Initial::Pca.codewords(&vectors, size, 1, &run) else { continue };
             let codebook = Codebook::nearest_to(&first, vectors.dimension(), quantiser());
             let search = Search::new(&codebook, None);
             group.bench_function(BenchmarkId::new("search", size), |b| {
                 b.iter(|| search.all(black_box(&vectors)));
             });
             let stop = Stop { rounds: 10, gain: 0.0 };
-            let training = Training { size, quantiser: quantiser(), initial: Initial::Pca, stop };
+            let training = Training { size, quantiser: quantiser(), initial: Initial::Pca, seed: 1, stop };
             group.bench_function(BenchmarkId::new("train, 10 rounds", size), |b| {
                 b.iter(|| train(black_box(&vectors), &training, &run));
             });

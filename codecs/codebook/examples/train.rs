@@ -1,6 +1,6 @@
 //! Trains a codebook on vectors from a file, for comparison with other programs (docs/benchmarks/codebook.py).
 //!
-//! `train VECTORS OUT DIMENSION SIZE BITS GAIN ROUNDS integers|reals`: VECTORS holds little-endian singles, OUT receives
+//! `train VECTORS OUT DIMENSION SIZE BITS GAIN ROUNDS integers|reals [pca|pnn|scalar|random]`: VECTORS holds little-endian singles, OUT receives
 //! the codewords as such. One line of JSON tells CPU and wall seconds, rounds, size and mean squared error per component.
 
 use std::error::Error;
@@ -14,9 +14,12 @@ use rustix::time::{ClockId, clock_gettime};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [vectors, out, dimension, size, bits, gain, rounds, kind] = &arguments[..] else {
-        return Err("usage: train VECTORS OUT DIMENSION SIZE BITS GAIN ROUNDS integers|reals".into());
+    let [vectors, out, dimension, size, bits, gain, rounds, kind, initial @ ..] = &arguments[..] else {
+        return Err(
+            "usage: train VECTORS OUT DIMENSION SIZE BITS GAIN ROUNDS integers|reals [INITIAL]".into()
+        );
     };
+    let initial = initial.first().map_or("pca", String::as_str);
     let bytes = std::fs::read(vectors)?;
     let values: Vec<f32> = bytemuck::try_cast_slice(&bytes).map_or_else(
         |_| bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect(),
@@ -27,7 +30,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let training = Training {
         size: size.parse()?,
         quantiser: Quantiser::over(range, bits.parse()?, kind == "integers")?,
-        initial: Initial::Pca,
+        initial: Initial::named(initial).ok_or("no such initial codebook")?,
+        seed: 1,
         stop: Stop { rounds: rounds.parse()?, gain: gain.parse()? },
     };
     let (wall, cpu) = (Instant::now(), cpu_time());

@@ -14,6 +14,8 @@ pub struct Training {
     pub quantiser: Quantiser,
     /// The first codebook.
     pub initial: Initial,
+    /// What chance decides: see [`Initial`].
+    pub seed: u64,
     /// When refinement stops.
     pub stop: Stop,
 }
@@ -28,7 +30,7 @@ pub struct Training {
 pub fn train(vectors: &Vectors, training: &Training, run: &Progress<'_>) -> Result<Trained, Cancelled> {
     assert!(training.size > 0, "a codebook needs a codeword");
     let vectors = vectors.merged();
-    let first = training.initial.codewords(&vectors, training.size, run)?;
+    let first = training.initial.codewords(&vectors, training.size, training.seed, run)?;
     let first = Codebook::nearest_to(&first, vectors.dimension(), training.quantiser);
     refine(&vectors, first, training.size, training.stop, run)
 }

@@ -25,6 +25,8 @@ pub struct VqEncoder {
     pub per_frame: bool,
     pub training_blocks: u64,
     pub iterations: u32,
+    /// The first codebook.
+    pub initial: Initial,
     pub seed: u64,
 }
 
@@ -40,7 +42,7 @@ impl Encoder for VqEncoder {
         let quantiser = Quantiser::over(range, self.codeword_bits, layout.sample.is_integer())
             .map_err(EncodeError::Unsupported)?;
         let mut record = TrainingRecord {
-            initial: "pca".to_owned(),
+            initial: self.initial.name().to_owned(),
             generator: sample::GENERATOR.to_owned(),
             seed: self.seed,
             blocks: Vec::new(),
@@ -51,7 +53,7 @@ impl Encoder for VqEncoder {
         let served = (0..layout.frames).step_by(frames_per_table as usize).map(|f| f..f + frames_per_table);
         for (frames, seed) in served.zip(self.seed..) {
             let vectors = training_vectors(source, self.block, frames, self.training_blocks, seed, run)?;
-            let trained = train(&vectors, &self.training(quantiser), run)?;
+            let trained = train(&vectors, &self.training(quantiser, seed), run)?;
             record.blocks.push(vectors.len() as u64);
             record.rounds.push(trained.rounds);
             tables.push(trained.codebook);
@@ -86,11 +88,12 @@ impl Encoder for VqEncoder {
 }
 
 impl VqEncoder {
-    fn training(&self, quantiser: Quantiser) -> Training {
+    fn training(&self, quantiser: Quantiser, seed: u64) -> Training {
         Training {
             size: self.codewords as usize,
             quantiser,
-            initial: Initial::Pca,
+            initial: self.initial,
+            seed,
             stop: Stop { rounds: self.iterations, gain: GAIN },
         }
     }

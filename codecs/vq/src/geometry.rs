@@ -34,7 +34,7 @@ pub struct Parameters {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainingRecord {
-    /// First codebook: `pca`.
+    /// First codebook: `pca`, `pnn`, `scalar` or `random`.
     pub initial: String,
     /// Generator that drew the training blocks.
     pub generator: String,

@@ -10,6 +10,7 @@ mod geometry;
 
 use std::sync::Arc;
 
+use cvr_codebook::Initial;
 use cvr_core::codec::{
     Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind, Settings, Site,
 };
@@ -73,8 +74,15 @@ static INFO: CodecInfo = CodecInfo {
             default: "50",
         },
         Setting {
+            name: "init",
+            doc: "first codebook, which training refines: pca = cells cut across their principal axis; pnn = pairs of \
+                  nearest neighbours united; scalar = a grid of scalar quantisers; random = blocks drawn by chance",
+            kind: SettingKind::Choice(Initial::NAMES),
+            default: "pca",
+        },
+        Setting {
             name: "seed",
-            doc: "of the choice of training blocks",
+            doc: "of the choice of training blocks, and of what else chance decides",
             kind: SettingKind::Integer { min: 0, max: i64::MAX },
             default: "1",
         },
@@ -106,6 +114,7 @@ impl Codec for Vq {
             per_frame: settings.text("tables")? == "per-frame",
             training_blocks: integer("training_blocks")?.into(),
             iterations: integer("iterations")?,
+            initial: Initial::named(settings.text("init")?).ok_or_else(|| incomplete("init"))?,
             seed: u64::try_from(settings.integer("seed")?).map_err(|_| incomplete("seed"))?,
         }))
     }

@@ -183,6 +183,27 @@ fn another_seed_draws_other_blocks() {
     assert_eq!(with("5").parameters::<Parameters>().unwrap().training.blocks, [64]);
 }
 
+#[test]
+fn every_first_codebook_is_refined_and_recorded() {
+    let volume = bytes([32, 32, 32], 1, 1, |p, _, _| hash(p, 9) / 4 + (p[0] * 5) as u8);
+    let shown = |stream: &Arc<EncodedVolume>| decoded(stream, 0);
+    let one = encoded(&volume, &[("codewords", "2"), ("iterations", "0")]);
+    let source = frame_values(&volume, 0);
+    let error = |stream: &Arc<EncodedVolume>| -> f64 {
+        shown(stream).iter().zip(&source).map(|(d, s)| f64::from(d - s).powi(2)).sum()
+    };
+    let mut files = Vec::new();
+    for init in ["pca", "pnn", "scalar", "random"] {
+        let stream = encoded(&volume, &[("codewords", "64"), ("init", init)]);
+        assert_eq!(stream.parameters::<Parameters>().unwrap().training.initial, init);
+        assert!(error(&stream) < error(&one) / 2.0, "{init}");
+        files.push(shown(&stream));
+    }
+    for (i, a) in files.iter().enumerate() {
+        assert!(files[i + 1..].iter().all(|b| a != b), "two ways to begin are one");
+    }
+}
+
 /// Every texel is a code: what a texture holds is what the CPU decodes.
 #[test]
 fn a_texel_is_a_code() {

@@ -1,6 +1,9 @@
 //! The first codebook, which [`crate::lbg`] refines. One file for each way to begin.
 
 pub mod pca;
+pub mod pnn;
+pub mod random;
+pub mod scalar;
 
 use cvr_core::codec::{Cancelled, Progress};
 use serde::{Deserialize, Serialize};
@@ -15,24 +18,73 @@ pub enum Initial {
     /// Cells cut across their principal axis: [`pca`].
     #[default]
     Pca,
+    /// Clusters united pair by pair: [`pnn`].
+    Pnn,
+    /// Points of a grid of scalar quantisers: [`scalar`].
+    Scalar,
+    /// Vectors drawn by chance: [`random`].
+    Random,
 }
 
 impl Initial {
-    /// At most `size` vectors, one after the other, before they are quantised.
+    /// All names, as settings and records have them.
+    pub const NAMES: &'static [&'static str] = &["pca", "pnn", "scalar", "random"];
+
+    /// The way of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Pca, Self::Pnn, Self::Scalar, Self::Random].into_iter().find(|i| i.name() == name)
+    }
+
+    /// As settings and records have it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pca => "pca",
+            Self::Pnn => "pnn",
+            Self::Scalar => "scalar",
+            Self::Random => "random",
+        }
+    }
+
+    /// At most `size` vectors, one after the other, before they are quantised. `seed` decides where chance has a part
+    /// in it.
     ///
     /// # Errors
     /// When `run` was cancelled.
     ///
     /// # Panics
-    /// When there are no vectors.
+    /// When there are no vectors, or `size` is zero.
     pub fn codewords(
         self,
         vectors: &Vectors,
         size: usize,
+        seed: u64,
         run: &Progress<'_>,
     ) -> Result<Vec<f64>, Cancelled> {
         match self {
             Self::Pca => pca::split(vectors, size, run),
+            Self::Pnn => pnn::unite(vectors, size, seed, run),
+            Self::Scalar => scalar::grid(vectors, size, run),
+            Self::Random => Ok(random::draw(vectors, size, seed)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::de::IntoDeserializer as _;
+
+    #[test]
+    fn names_are_those_of_the_records() {
+        for name in Initial::NAMES {
+            let initial = Initial::named(name).unwrap();
+            assert_eq!(initial.name(), *name);
+            let text: serde::de::value::StrDeserializer<'_, serde::de::value::Error> =
+                name.into_deserializer();
+            assert_eq!(Initial::deserialize(text), Ok(initial));
+        }
+        assert_eq!(Initial::named("k-means++"), None);
     }
 }
