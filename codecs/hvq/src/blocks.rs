@@ -19,7 +19,7 @@ pub struct Levels {
 
 impl Levels {
     /// Levels over a range: of 8 bits where samples, means and codewords are, else of 16. Integers of the range have
-    /// levels of their own.
+    /// levels of their own, and where it can be, differences of two of them have codes of their own.
     ///
     /// # Errors
     /// A sentence, when single precision cannot hold the range.
@@ -32,7 +32,14 @@ impl Levels {
         let native = if sample.bytes() == 1 { 8 } else { 16 };
         let mean_bits = mean_bits.unwrap_or(native);
         let bits = native.max(mean_bits).max(codeword_bits);
-        let quantiser = Quantiser::over(range, bits, sample.is_integer())?;
+        let twice = 2.0 * range.span();
+        let integers = sample.is_integer();
+        let spread = if integers && twice < f64::from(1_u32 << bits) {
+            ValueRange { min: range.min, max: (f64::from(range.min) + twice) as f32 }
+        } else {
+            range
+        };
+        let quantiser = Quantiser::over(spread, bits, integers)?;
         let top = u32::from(quantiser.code(range.max.into()));
         let mean_step = top.div_ceil((1 << mean_bits) - 1).max(1);
         Ok(Self { quantiser, top, mean_bits, mean_step })
@@ -150,9 +157,12 @@ mod tests {
         assert_eq!(levels(SampleType::U8, None, 16).quantiser.bits(), 16);
         assert_eq!(levels(SampleType::I8, Some(16), 8).quantiser.bits(), 16);
         let deep = levels(SampleType::U16, Some(8), 8);
-        assert_eq!((deep.quantiser.bits(), deep.mean_bits, deep.top), (16, 8, 200 * 256));
-        assert_eq!(deep.mean_step, (200 * 256_u32).div_ceil(255));
-        assert_eq!(deep.mean_code(f64::from(deep.top)), 255);
+        assert_eq!((deep.quantiser.bits(), deep.mean_bits, deep.top), (16, 8, 200 * 128));
+        assert_eq!(deep.mean_step, (200 * 128_u32).div_ceil(255));
+        for mean in [0.0, 12345.0, 25600.0] {
+            let decoded = f64::from(deep.mean_code(mean) * deep.mean_step);
+            assert!((decoded - mean).abs() <= f64::from(deep.mean_step) / 2.0);
+        }
         assert_eq!(levels(SampleType::F32, None, 8).mean_step, 1);
     }
 }
