@@ -51,9 +51,9 @@ impl Trainer<'_> {
             let blocks = self.blocks(table)?;
             Ok(self.detail(&blocks, &coarse.codebooks[table]).merged())
         })?;
-        let counts = (0..self.served.len()).map(|table| Ok(self.blocks(table)?.len() as u64));
-        let counts = counts.collect::<Result<_, EncodeError>>()?;
-        Ok(([coarse, detail], counts))
+        let of_frame = block().grid(self.source.layout().extent).voxels();
+        let drawn = |frames: &Range<u32>| self.encoder.training_blocks.min(of_frame * frames.len() as u64);
+        Ok(([coarse, detail], self.served.iter().map(drawn).collect()))
     }
 
     /// Training blocks of a table, in levels.
