@@ -124,6 +124,7 @@ impl Trial {
         let frame = &self.encoded.frame;
         let decoded = match cell.site {
             Site::Host => target.upload(decoder, frame.clone()).map(Decoded::Host),
+            Site::Ring => Ok(Decoded::Ring(frame.clone())),
             Site::Deferred => target.decode(&cell.codec, decoder, frame).map(Decoded::Deferred),
             _ => Ok(Decoded::Inline),
         };

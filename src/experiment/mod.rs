@@ -12,6 +12,7 @@ pub mod merge;
 pub mod provenance;
 pub mod record;
 pub mod results;
+pub mod ring;
 pub mod runner;
 pub mod shard;
 pub mod skipping;

@@ -56,6 +56,7 @@ impl RawVolume {
         let decoder = self.encoded.decoder.as_ref();
         let decoded = match site {
             Site::Host => Decoded::Host(self.host.clone()),
+            Site::Ring => Decoded::Ring(self.encoded.frame.clone()),
             Site::Deferred => Decoded::Deferred(match self.deferred.get() {
                 Some(volume) => volume.clone(),
                 None => {

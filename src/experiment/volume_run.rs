@@ -200,6 +200,7 @@ impl<'a> VolumeRun<'a> {
         stage: &mut Stage<'_>,
     ) -> Result<(), String> {
         let decoded = match cell.site {
+            Site::Ring => Decoded::Ring(encoded.frame.clone()),
             Site::Host => Decoded::Host(shared.host.clone()?.ok_or("nothing was uploaded")?),
             Site::Deferred => {
                 let decode = || {
