@@ -43,6 +43,7 @@ fn every_configuration_resolves() {
         ("compare", 60, 0),
         ("quickstart", 34, 11),
         ("renderers", 104, 40),
+        ("ring", 18, 0),
         ("s3dc-table1", 42, 0),
         ("skipping", 96, 0),
         ("vq", 24, 0),
