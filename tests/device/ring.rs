@@ -62,7 +62,7 @@ fn from_above(plan: &Plan) -> bool {
     let [Pass::Layers(pass)] = &plan.passes[..] else { panic!("one pass, layer by layer") };
     let mut decoded =
         pass.steps.iter().filter_map(|s| if let LayerStep::Decode(n) = s { Some(*n) } else { None });
-    decoded.next() > decoded.last()
+    decoded.next() > decoded.next_back()
 }
 
 /// Pictures of the ring, of the whole frame and of the mirror agree; the largest difference to the whole frame, in 255ths.

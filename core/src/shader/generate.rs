@@ -35,7 +35,7 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
     for kind in request.bindings {
         match kind {
             BindingKind::Texels(format) => out.template(texel(*format)),
-            BindingKind::Slab(axis) => out.generated("layers of voxels", &text::layer_places(*axis, &calls)),
+            BindingKind::Slab(axis) => out.generated("layers of voxels", &text::layer_places(*axis, calls)),
             _ => {}
         }
     }
