@@ -17,6 +17,7 @@ mod device {
     mod picture_twins;
     mod pictures;
     mod refusal;
+    mod ring;
     mod runs;
     mod scenes;
     mod skipping;

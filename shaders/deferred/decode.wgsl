@@ -1,15 +1,17 @@
 // Decodes a slab of a frame into texels, packed in words as a copy into a texture wants them: scalars in texels of one
 // channel, colours in texels of four. One invocation writes the voxels that share a word, or the words of one voxel.
 struct Slab {
-    // Row and slice of the volume where the slab begins.
+    // Row and layer of the volume where the slab begins.
     first: vec2<u32>,
-    // Rows in each slice of the slab.
+    // Rows in each layer of the slab.
     rows: u32,
     // Words from row to row: a copy wants rows of a multiple of 256 bytes.
     row_words: u32,
     // texel_of is asked for (value - offset) * per_unit.
     offset: f32,
     per_unit: f32,
+    // Voxels in each row.
+    row_voxels: u32,
 }
 
 @compute @workgroup_size(64)
@@ -18,12 +20,12 @@ fn decode(@builtin(global_invocation_id) id: vec3<u32>) {
     let lanes = 32u / texel_bits;
     let voxels = max(lanes / channels, 1u);
     let x = id.x * voxels;
-    if x >= volume_extent.x {
+    if x >= slab.row_voxels {
         return;
     }
     var words: array<u32, 4>;
-    for (var v = 0u; v < min(voxels, volume_extent.x - x); v++) {
-        let voxel = voxel_fetch(vec3<i32>(vec3<u32>(x + v, slab.first + id.yz)));
+    for (var v = 0u; v < min(voxels, slab.row_voxels - x); v++) {
+        let voxel = voxel_fetch(voxel_of_layer(vec3<i32>(vec3<u32>(x + v, slab.first + id.yz))));
         for (var c = 0u; c < voxel_channels; c++) {
             let sample = v * channels + c;
             let texel = texel_of((voxel_channel(voxel, c) - slab.offset) * slab.per_unit);

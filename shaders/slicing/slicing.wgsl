@@ -10,16 +10,6 @@ struct Slabs {
     first: f32,
 }
 
-struct Proxy {
-    @builtin(position) position: vec4<f32>,
-    @location(0) @interpolate(flat) slice: u32,
-}
-
-@vertex
-fn proxy(@location(0) position: vec2<f32>, @location(1) slice: u32) -> Proxy {
-    return Proxy(vec4<f32>(position, 0.0, 1.0), slice);
-}
-
 @fragment
 fn slice(proxy: Proxy) -> @location(0) vec4<f32> {
     let ray = pixel_ray(vec2<u32>(proxy.position.xy));
@@ -32,7 +22,7 @@ fn slice(proxy: Proxy) -> @location(0) vec4<f32> {
         discard;
     }
     let x = entry.origin + entry.direction * (near + 0.5 * piece);
-    if !may_show(x) {
+    if !drawn_now(proxy, x) || !may_show(x) {
         discard;
     }
     let sample = optical(x, entry.direction);

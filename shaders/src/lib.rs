@@ -5,15 +5,16 @@
 //!
 //! ```text
 //! raycasting/raycasting.wgsl  → pixel_ray, crossing, next_sample, optical, opacity_over
-//! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, may_show, optical, slice_opacity
+//! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, drawn_now, may_show, optical, slice_opacity
 //! view/view.wgsl              → camera_ray, bounds_low, bounds_high
 //! optics/*.wgsl               → volume_sample, classify, height
 //! classify/*.wgsl             → transfer, height
 //! skipping/next_sample.wgsl   → may_show
 //! filter/*.wgsl               → voxel_fetch, voxel_cell
-//! deferred/decode.wgsl        → voxel_fetch, voxel_channel, texel_of
+//! deferred/decode.wgsl        → voxel_fetch, voxel_of_layer, voxel_channel, texel_of
 //! deferred/frame.wgsl         → frame_words, voxel_channels
-//! source/texture.wgsl, deferred/frame.wgsl or a codec's snippet → what voxel_fetch returns
+//! */ring.wgsl, slicing/layers.wgsl → layered, layered_voxel (generated)
+//! source/*.wgsl, deferred/frame.wgsl or a codec's snippet → what voxel_fetch returns
 //! ```
 
 /// A WGSL module. Its text names no binding: the generator writes them.
@@ -54,6 +55,10 @@ templates! {
     FILTER_LINEAR_CELL = "filter/linear_cell.wgsl";
     /// Trilinear by the texture unit.
     FILTER_HARDWARE = "filter/hardware.wgsl";
+    /// Trilinear by the texture unit, from a ring of layers.
+    FILTER_HARDWARE_RING = "filter/hardware_ring.wgsl";
+    /// Voxels from a ring of layers.
+    SOURCE_RING = "source/ring.wgsl";
     /// Voxels from a texture.
     SOURCE_TEXTURE = "source/texture.wgsl";
     /// The view, the ray of a pixel, and where it crosses the drawn box.
@@ -100,6 +105,10 @@ templates! {
     EVERY_POINT = "skipping/every_point.wgsl";
     /// The slices.
     SLICING = "slicing/slicing.wgsl";
+    /// Slices that are drawn at once.
+    SLICES_AT_ONCE = "slicing/proxy.wgsl";
+    /// Slices that are drawn layer by layer.
+    SLICES_BY_LAYERS = "slicing/layers.wgsl";
     /// Slabs between planes.
     SLABS_FLAT = "slicing/flat.wgsl";
     /// Slabs between spheres.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site, encode_temporary};
-use cvr_core::pipeline::unsupported;
+use cvr_core::pipeline::{undrawable, unsupported};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, Level, ValueRange};
 
@@ -26,7 +26,7 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     scene: SceneArgs,
-    /// Where voxels are decoded: inline, deferred or host.
+    /// Where voxels are decoded: inline, deferred, ring or host.
     #[arg(long, default_value = "inline", value_parser = site)]
     site: Site,
     /// The renderer, and settings of it that are not the default, as slicing,geometry=axis; see `cvr renderers`.
@@ -51,7 +51,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let scene = args.scene.scene()?;
     let (codec, decoder, level) = open(args, &names)?;
-    if let Some(reason) = unsupported(names.codecs().get(&codec)?.info(), args.site, args.scene.filter) {
+    let refused = unsupported(names.codecs().get(&codec)?.info(), args.site, args.scene.filter)
+        .or_else(|| undrawable(&args.renderer, args.site, names.known().renderers));
+    if let Some(reason) = refused {
         return Err(BadInput(reason.to_string()));
     }
     let index = FrameIndex(scene.frames.first);
@@ -66,6 +68,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let target = Target::open(&args.device)?;
     let decoded = match args.site {
         Site::Host => Decoded::Host(target.upload(decoder.as_ref(), frame)?),
+        Site::Ring => Decoded::Ring(frame),
         Site::Deferred => {
             Decoded::Deferred(target.decode(&codec, decoder.as_ref(), (index, level), &frame)?)
         }

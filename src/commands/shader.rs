@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site, encode_temporary};
-use cvr_core::render::Plan;
+use cvr_core::pipeline::undrawable;
+use cvr_core::render::{LayerPass, Pass, Plan};
 use cvr_core::shader::{
     BindingLimits, DeferredShaders, Request, ResourceSize, Source, TextureSampling, generate,
 };
@@ -31,7 +32,7 @@ pub struct Args {
     /// A setting of the codec.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     set: Vec<String>,
-    /// Where voxels are decoded: inline, deferred or host.
+    /// Where voxels are decoded: inline, deferred, ring or host.
     #[arg(long, default_value = "inline", value_parser = super::render::site)]
     site: Site,
     /// The renderer, and settings of it that are not the default, as slicing,geometry=axis; see `cvr renderers`.
@@ -45,8 +46,8 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Prints the generated shaders, at the site *deferred* the passes that decode and then the one that draws. No device is
-/// needed.
+/// Prints the generated shaders, at the sites *deferred* and *ring* the passes that decode and then the one that draws. No
+/// device is needed.
 ///
 /// # Errors
 /// When arguments or file are unusable, or the shader cannot be made.
@@ -55,7 +56,14 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let (codec, decoder, level) = open(args, &names)?;
     let range = ValueRange { min: 0.0, max: 1.0 };
-    let plan = renderer.plan(&args.scene.scene()?.view(range, args.scene.filter)?, decoder.layout())?;
+    let view = args.scene.scene()?.view(range, args.scene.filter)?;
+    let plan = match args.site {
+        Site::Ring => match undrawable(&args.renderer, args.site, names.known().renderers) {
+            Some(reason) => return Err(BadInput(reason.to_string())),
+            None => renderer.plan_layers(&view, decoder.layout())?,
+        },
+        _ => renderer.plan(&view, decoder.layout())?,
+    };
     say!("{}", text(args, (&codec, decoder.as_ref(), level), &plan)?.trim_end());
     Ok(ExitCode::SUCCESS)
 }
@@ -98,6 +106,15 @@ fn text(
             let shaders = DeferredShaders::generate(codec, decoder, key, form.format, limits)?;
             texts.extend(shaders.texts().map(str::to_owned));
             texture
+        }
+        (Site::Ring, _) => {
+            let [Pass::Layers(LayerPass { axis, .. })] = plan.passes[..] else {
+                return Err(BadInput("the plan does not draw layer by layer".to_owned()));
+            };
+            let key_form = (form.format, axis);
+            let shaders = DeferredShaders::generate_layers(codec, decoder, key, key_form, limits)?;
+            texts.extend(shaders.texts().map(str::to_owned));
+            Source::Ring { form, sampling: TextureSampling::Hardware, axis }
         }
         (_, None) => return Err(BadInput(format!("codec `{codec}` does not decode in a shader"))),
         (_, Some(shader)) => {

@@ -11,7 +11,7 @@ use crate::registry::Names;
 /// What is counted, as a sentence for whoever reads the figures.
 pub const COUNTED: &str = "Counted in main memory: every original at once, and, of one volume and one codec at a time, \
      the encoded stream and the decoded frame in single precision, both also of raw, the baseline. On the device: the \
-     texture and buffers of raw, and texture, buffers or both of the cell, as its site asks. Not counted: pictures, \
+     texture and buffers of raw, and texture, buffers or both of the cell, as its site asks; of a ring, its layers across the shortest axis. Not counted: pictures, \
      scratch space of encoders and of passes, a second copy where a file's axes are reordered.";
 
 /// Bytes.
@@ -54,6 +54,11 @@ pub fn estimate<'l>(
         main = main.max(raw.main + own.main);
         let at_once = |cell: &Cell| match cell.site {
             Site::Inline => own.buffers,
+            // Four layers and a buffer of one, across the axis where they are largest.
+            Site::Ring => {
+                let shortest = layout.extent.to_array().into_iter().min().unwrap_or(1);
+                own.buffers + own.texture * 5.0 / f64::from(shortest)
+            }
             Site::Host => own.texture,
             _ => own.texture + own.buffers,
         };
@@ -96,6 +101,8 @@ mod tests {
             document.set("codec.s3dc.block=16").unwrap();
             document.set("codec.s3dc.index_bits=8").unwrap();
             document.set("pipeline.filter=linear").unwrap();
+            document.set("pipeline.renderer=slicing").unwrap();
+            document.set("pipeline.geometry=axis").unwrap();
             document.set(&format!("pipeline.site={sites}")).unwrap();
             resolve(&document.experiment(&names.known()).unwrap(), &names.known(), &Capabilities::default())
         };
@@ -110,7 +117,9 @@ mod tests {
         let main = memory("inline").main_bytes as f64 / voxels;
         assert!((1.0 + 5.0 + 5.0..11.2).contains(&main), "{main}");
         // raw in a texture and a buffer; s3dc in bytes of index, or as single precision.
-        for (sites, bytes) in [("inline", 3.0), ("host", 6.0), ("deferred", 7.0)] {
+        for (sites, bytes) in
+            [("inline", 3.0), ("host", 6.0), ("deferred", 7.0), ("ring", 3.0 + 4.0 * 5.0 / 64.0)]
+        {
             let device = memory(sites).device_bytes as f64 / voxels;
             assert!((bytes..bytes + 0.1).contains(&device), "{sites}: {device}");
         }

@@ -125,6 +125,7 @@ impl Trial {
         let frame = self.encoded.frame(index)?;
         let decoded = match cell.site {
             Site::Host => target.upload(decoder, frame).map(Decoded::Host),
+            Site::Ring => Ok(Decoded::Ring(frame.clone())),
             Site::Deferred => {
                 target.decode(&cell.codec, decoder, (index, level), &frame).map(Decoded::Deferred)
             }

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use cvr_core::codec::Site;
 use cvr_core::metrics::{ImageError, error_picture};
 use cvr_core::pipeline::Cell;
 use cvr_core::render::{Image, write_png};
@@ -11,6 +12,7 @@ use cvr_engine::timing::{PairBudget, paired};
 
 use super::files::{IMAGES, of_frame};
 use super::record::Record;
+use super::ring;
 use super::shared::Shared;
 use super::skipping;
 use super::stage::Stage;
@@ -72,6 +74,9 @@ impl FrameRun<'_> {
         record.filtering = Some(picture.filtering().to_owned());
         record.flag_fallbacks(picture.fallback(), baseline.fallback());
         record.flag_blending(picture.blends_in_half());
+        if cell.site == Site::Ring {
+            ring::enter(record, &picture, encoded, frame)?;
+        }
         let image = picture.image().map_err(|e| e.to_string())?;
 
         self.go_on()?;

@@ -17,6 +17,7 @@ pub mod pool;
 pub mod provenance;
 pub mod record;
 pub mod results;
+pub mod ring;
 pub mod runner;
 pub mod scenes;
 pub mod shard;

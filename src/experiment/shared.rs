@@ -58,6 +58,7 @@ impl<'a> Shared<'a> {
             Site::Host => Decoded::Host(self.host.get(frame, || {
                 self.target.upload(decoder, self.encoded.frame(frame)?).map_err(|e| e.to_string())
             })?),
+            Site::Ring => Decoded::Ring(self.encoded.frame(frame)?),
             Site::Deferred => {
                 let decode = self.deferred.get(frame, || {
                     let decoded = self.encoded.frame(frame)?;

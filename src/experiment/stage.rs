@@ -57,6 +57,7 @@ impl RawVolume {
             Site::Host => Decoded::Host(
                 self.host.get(frame, || target.upload(decoder, self.encoded.frame(frame)?).map_err(text))?,
             ),
+            Site::Ring => Decoded::Ring(self.encoded.frame(frame)?),
             Site::Deferred => Decoded::Deferred(self.deferred.get(frame, || {
                 target
                     .decode(RAW, decoder, (frame, self.encoded.level), &self.encoded.frame(frame)?)

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::render::{
-    Blending, DecodedFrame, DecoderVoxels, Image, Pass, RasterPass, RenderError, Renderer, View,
+    Blending, DecodedFrame, DecoderVoxels, Image, LayerPass, Pass, RenderError, Renderer, View,
 };
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FrameIndex, Level};
@@ -124,7 +124,10 @@ impl Target {
         voxels: &VoxelSource<'a>,
     ) -> Result<Picture<'a>, DrawError> {
         let layout = voxels.decoder.layout();
-        let plan = renderer.plan(view, layout)?;
+        let plan = match voxels.decoded {
+            Decoded::Ring(_) => renderer.plan_layers(view, layout)?,
+            _ => renderer.plan(view, layout)?,
+        };
         let kind = match (self, &voxels.decoded) {
             (Self::Cpu { .. }, decoded) => Kind::Mirror {
                 renderer,
@@ -143,6 +146,15 @@ impl Target {
                 };
                 Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
             }
+            (Self::Device(device), Decoded::Ring(_)) => {
+                let source = DrawSource::Ring {
+                    codec: voxels.codec,
+                    decoder: voxels.decoder,
+                    frame: voxels.frame,
+                    level: voxels.level,
+                };
+                Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
+            }
             (Self::Device(device), decoded) => {
                 let missing = || {
                     let text = "the decoded frame does not lie on this device".to_owned();
@@ -153,14 +165,16 @@ impl Target {
             }
         };
         // A format that a device lacks is no fault, but whoever reads the figures must know.
-        let fallback = match self {
-            Self::Cpu { .. } => None,
-            Self::Device(_) => voxels.decoded.texture().and_then(|texture| texture.choice().fallback),
+        let fallback = match &kind {
+            Kind::Mirror { .. } => None,
+            Kind::Device(drawing) => drawing.fallback(),
         };
-        let asked_for_single = plan
-            .passes
-            .iter()
-            .any(|pass| matches!(pass, Pass::Raster(RasterPass { blending: Blending::Float32, .. })));
+        let asked_for_single = plan.passes.iter().any(|pass| match pass {
+            Pass::Raster(raster) | Pass::Layers(LayerPass { raster, .. }) => {
+                raster.blending == Blending::Float32
+            }
+            _ => false,
+        });
         let blends_in_half = match &kind {
             Kind::Device(drawing) => asked_for_single && drawing.blending() == Some(Blending::Float16),
             Kind::Mirror { .. } => false,
@@ -183,6 +197,8 @@ pub enum Decoded {
     Inline,
     /// A frame, by the device.
     Deferred(DeferredVolume),
+    /// Nothing: layers are decoded while they are drawn. The mirror draws from this frame, decoded on the CPU.
+    Ring(Arc<DecodedFrame>),
     /// A frame, by the CPU.
     Host(HostVolume),
 }
@@ -192,13 +208,14 @@ impl Decoded {
         match self {
             Self::Inline => None,
             Self::Deferred(volume) => volume.frame.clone(),
+            Self::Ring(frame) => Some(frame.clone()),
             Self::Host(volume) => Some(volume.frame.clone()),
         }
     }
 
     fn texture(&self) -> Option<Arc<VolumeTexture>> {
         match self {
-            Self::Inline => None,
+            Self::Inline | Self::Ring(_) => None,
             Self::Deferred(volume) => volume.texture.clone(),
             Self::Host(volume) => volume.texture.clone(),
         }
@@ -227,6 +244,7 @@ impl VoxelSource<'_> {
         match self.decoded {
             Decoded::Inline => Site::Inline,
             Decoded::Deferred(_) => Site::Deferred,
+            Decoded::Ring(_) => Site::Ring,
             Decoded::Host(_) => Site::Host,
         }
     }
@@ -282,6 +300,18 @@ impl Picture<'_> {
                 Ok(drawing.read_image()?)
             }
             Kind::Mirror { .. } => self.mirror(),
+        }
+    }
+
+    /// Every sample as it comes through the ring of layers that this picture is drawn from; `None` at other sites, and for
+    /// the mirror, which has no ring.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn read_layers(&self) -> Result<Option<Vec<f32>>, DrawError> {
+        match &self.kind {
+            Kind::Device(drawing) => Ok(drawing.read_layers()?),
+            Kind::Mirror { .. } => Ok(None),
         }
     }
 

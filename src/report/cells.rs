@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use cvr_core::codec::Site;
+
 use crate::experiment::record::{Record, Status};
 
 /// One volume drawn in one scene by one renderer: what pictures and frame times may be compared within.
@@ -106,7 +108,7 @@ pub(super) fn cell_name(record: &Record) -> String {
 
 /// Order of sites where one has to stand for all: they draw the same values.
 pub(super) fn site_rank(site: &str) -> usize {
-    ["inline", "deferred", "host"].iter().position(|s| *s == site).unwrap_or(3)
+    Site::ALL.iter().position(|s| s.name() == site).unwrap_or(Site::ALL.len())
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use super::scenes::{camera, draw_by, mirror_by, rule, source, view};
 use super::subjects::{codec, encoded, settings};
 
 /// Soft structures, of another shape in each channel.
-fn coloured(sample: SampleType) -> FiniteVolume {
+pub fn coloured(sample: SampleType) -> FiniteVolume {
     let extent = Extent::try_from([21, 18, 25]).unwrap();
     let layout = VolumeLayout { channels: 3, ..VolumeLayout::scalar(extent, sample) };
     let value = |p: [u32; 3], channel: usize| {
@@ -41,7 +41,7 @@ fn table() -> ColourOpacity {
     ColourOpacity::Table(Arc::new(OpacityTable::new(edge, &entries).unwrap()))
 }
 
-fn views(sample: SampleType, volume: &FiniteVolume) -> Vec<View> {
+pub fn views(sample: SampleType, volume: &FiniteVolume) -> Vec<View> {
     let plain = View {
         value_range: volume.range(),
         camera: camera(35.0, 25.0, Projection::Perspective),

@@ -123,6 +123,51 @@ fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
     assert_eq!(Results::read(&folder.path().join("results.json")).unwrap().records.len(), 13);
 }
 
+/// Raw and s3dc at all sites, in slices across an axis: what the ring shows is what the whole frame shows, out of less
+/// memory.
+#[test]
+fn a_ring_of_layers_runs_beside_the_other_sites() {
+    let Some(device) = test_device("runs::ring") else { return };
+    let config = CONFIG
+        .replace("[\"raycasting\"]", "[\"raycasting\", \"slicing\"]\ngeometry = [\"planes\", \"axis\"]")
+        .replace(
+            "[\"inline\", \"deferred\", \"host\"]",
+            "[\"inline\", \"deferred\", \"ring\"]\nskipping = [false, true]",
+        )
+        .replace(", \"optimised-linear\"", "");
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = run(&Names::new().unwrap(), &config, &Target::Device(device.clone()), folder.path());
+    let of_ring: Vec<&Record> = outcome.records.iter().filter(|r| r.site == "ring").collect();
+    // Three ways to draw, of which one draws from a ring; two codecs, two filters, with and without skipping.
+    assert_eq!((of_ring.len(), outcome.refused.len(), outcome.failed()), (8, 16, 0), "{of_ring:#?}");
+    assert!(outcome.refused.iter().all(|r| r.reason.contains("renderers that do: slicing,geometry=axis")));
+    for r in of_ring {
+        let name = format!("{} {} {}", r.codec, r.filter, r.skipping);
+        assert_eq!((r.status, r.parity_mismatches), (Status::Ok, Some(0)), "{name}");
+        assert_eq!((r.device_decode_ms, r.device_decode_bytes), (None, None), "{name}");
+        assert!(r.frame_pairs.unwrap() >= 7, "{name}");
+        assert!(!r.notes.as_ref().is_some_and(|notes| notes.contains("mirror")), "{name}");
+        let at = |site: &str| {
+            let same = |other: &&Record| {
+                (other.site.as_str(), other.skipping, &other.renderer) == (site, r.skipping, &r.renderer)
+                    && (&other.codec, &other.filter) == (&r.codec, &r.filter)
+            };
+            outcome.records.iter().find(same).unwrap()
+        };
+        let (inline, whole) = (at("inline"), at("deferred"));
+        let texel_bytes = if r.codec == "raw" { 1 } else { 4 };
+        let ring = 4 * 24 * 24 * texel_bytes + 24 * 256;
+        assert_eq!(r.resident_bytes, inline.resident_bytes.map(|stream| ring + stream), "{name}");
+        assert!(r.resident_bytes < whole.resident_bytes, "{name}");
+        // Under the nearest filter both read the very same texels.
+        let bytes = |r: &Record| std::fs::read(folder.path().join(r.image.as_ref().unwrap())).unwrap();
+        assert!(r.filter != "nearest" || bytes(r) == bytes(whole), "{name}");
+        let [of_ring, of_frame] = [r, whole].map(|r| r.image_psnr_db.unwrap());
+        assert!((of_ring - of_frame).abs() < 1.0, "{name}: {of_ring} and {of_frame} dB");
+        assert_eq!(r.codec == "raw", r.codec_image_psnr_db == Some(f64::INFINITY), "{name}");
+    }
+}
+
 fn cvr(arguments: &[&str], folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_cvr")).args(arguments).current_dir(folder).output().unwrap()
 }

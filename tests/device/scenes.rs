@@ -68,6 +68,11 @@ pub fn inline<'a>(codec: &'a str, decoder: &'a dyn Decoder) -> DrawSource<'a> {
     DrawSource::Inline { codec, decoder, frame: FrameIndex::FIRST, level: Level::FULL }
 }
 
+/// Decoded layer by layer, while slices are drawn.
+pub fn ring<'a>(codec: &'a str, decoder: &'a dyn Decoder) -> DrawSource<'a> {
+    DrawSource::Ring { codec, decoder, frame: FrameIndex::FIRST, level: Level::FULL }
+}
+
 /// Decoded on the CPU, in a texture.
 pub fn host(device: &Device, decoder: &dyn Decoder) -> DrawSource<'static> {
     let frame = DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap();
@@ -88,6 +93,7 @@ pub fn source<'a>(device: &Device, site: Site, codec: &'a str, decoder: &'a dyn 
     match site {
         Site::Inline => inline(codec, decoder),
         Site::Deferred => deferred(device, codec, decoder),
+        Site::Ring => ring(codec, decoder),
         Site::Host => host(device, decoder),
         other => panic!("no pictures at the site {other}"),
     }
@@ -106,7 +112,10 @@ pub fn draw_by(
     view: &View,
     source: &DrawSource<'_>,
 ) -> (Image, Drawing) {
-    let plan = renderer.plan(view, source.layout()).unwrap();
+    let plan = match source {
+        DrawSource::Ring { .. } => renderer.plan_layers(view, source.layout()).unwrap(),
+        _ => renderer.plan(view, source.layout()).unwrap(),
+    };
     let drawing = Drawing::new(device, &plan, source, view.filter).unwrap();
     drawing.draw_timed().unwrap();
     (drawing.read_image().unwrap(), drawing)

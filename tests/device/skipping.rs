@@ -3,11 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use cvr::registry::renderer;
+use cvr::registry::{Names, renderer};
 use cvr_core::codec::{Decoder, Site};
+use cvr_core::pipeline::undrawable;
 use cvr_core::render::{
-    ClipBox, ControlPoint, Filter, Image, MacrocellRanges, Macrocells, Projection, Shading, TransferFunction,
-    View,
+    ClipBox, ControlPoint, Filter, Image, LayerStep, MacrocellRanges, Macrocells, Pass, Projection, Shading,
+    TransferFunction, View,
 };
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FiniteVolume, FrameIndex, Level, SampleType};
@@ -93,6 +94,9 @@ fn check(
     for &site in sites {
         let source = source(device, site, id, decoder.as_ref());
         for label in RENDERERS {
+            if undrawable(label, site, Names::new().unwrap().known().renderers).is_some() {
+                continue;
+            }
             let renderer = renderer(label).unwrap();
             for &filter in filters {
                 for view in views(filter) {
@@ -128,6 +132,30 @@ fn s3dc_with_its_optimised_filter() {
     let filters = [Filter::Linear, Filter::OptimisedLinear];
     check(device, "s3dc", &[("block", "5x3x7")], SampleType::I16, &[Site::Inline], &filters);
     check(device, "s3dc", &[("block", "5x3x7")], SampleType::I16, &[Site::Deferred], &[Filter::Nearest]);
+}
+
+/// Layers that nothing shows of are not even decoded.
+#[test]
+fn the_ring_skips_whole_layers() {
+    let Some(device) = test_device("skipping::ring") else { return };
+    let filters = [Filter::Nearest, Filter::Linear];
+    let hardware = check(device, "raw", &[], SampleType::I8, &[Site::Ring], &filters);
+    assert!(hardware > 0, "no texture unit took part");
+    check(device, "s3dc", &[("block", "5x3x7")], SampleType::I16, &[Site::Ring], &filters);
+
+    let block = volume([40; 3], [1.0; 3], SampleType::U8, |p| {
+        if p.iter().all(|v| (17..23).contains(v)) { 120.0 } else { 0.0 }
+    });
+    let decoder = encoded(codec("raw").as_ref(), &settings(&[]), &block);
+    let view = View { size: [65, 49], ..View::new(band(20.0)) };
+    let skipping = View { macrocells: Some(macrocells(decoder.as_ref(), &view)), ..view.clone() };
+    let decodes = |view: &View| {
+        let plan = renderer("slicing,geometry=axis").unwrap().plan_layers(view, decoder.layout()).unwrap();
+        let [Pass::Layers(pass)] = &plan.passes[..] else { panic!("layer by layer") };
+        pass.steps.iter().filter(|step| matches!(step, LayerStep::Decode(_))).count()
+    };
+    // The block lies in the macrocells from 16 to 23; a cell over each of their faces reads one layer more.
+    assert_eq!((decodes(&view), decodes(&skipping)), (40, 10));
 }
 
 /// The shader that skips is another shader, and what it skips nothing of must come out the same: in noise every rounding

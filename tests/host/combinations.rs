@@ -12,12 +12,12 @@ use cvr_core::pipeline::{
     Capabilities, CodecSweep, Document, Experiment, FilePath, PipelineAxes, Resolution, Sweep, Volume,
     VolumeSource, resolve,
 };
-use cvr_core::render::{Camera, ControlPoint, Filter, Projection, Renderer, TransferFunction, View};
+use cvr_core::render::{Camera, ControlPoint, Filter, Pass, Projection, Renderer, TransferFunction, View};
 use cvr_core::shader::{
     BindingKind, BindingLimits, DeferredShaders, GeneratedShader, Request, ResourceSize, ShaderError, Source,
     TextureSampling, generate, generate_decode,
 };
-use cvr_core::volume::{FrameIndex, Level, SampleType};
+use cvr_core::volume::{Axis, FrameIndex, Level, SampleType};
 use rayon::prelude::*;
 
 use super::configs::COMPARE;
@@ -65,6 +65,13 @@ fn sweeps(info: &CodecInfo) -> Vec<CodecSweep> {
     sweeps
 }
 
+/// Every renderer as it is by default, and as it draws from a ring of layers.
+fn labels() -> Vec<String> {
+    let mut labels: Vec<String> = renderers().iter().map(|r| r.info().id.to_owned()).collect();
+    labels.extend(renderers().iter().filter_map(|r| r.info().layers_label()));
+    labels
+}
+
 /// Everything that the registry offers, as one experiment.
 pub fn everything(names: &Names) -> Experiment {
     let experiment = Document::parse("x.toml", COMPARE).unwrap().experiment(&names.known()).unwrap();
@@ -73,7 +80,7 @@ pub fn everything(names: &Names) -> Experiment {
         volumes: vec![Volume { name: "v".to_owned(), source }],
         codecs: names.codecs().iter().flat_map(|codec| sweeps(codec.info())).collect(),
         pipeline: PipelineAxes {
-            renderers: renderers().iter().map(|r| r.info().id.to_owned()).collect(),
+            renderers: labels(),
             sites: Site::ALL.to_vec(),
             filters: Filter::ALL.to_vec(),
             skipping: vec![false],
@@ -95,7 +102,7 @@ pub fn view(filter: Filter, projection: Projection) -> View {
     }
 }
 
-/// The voxel source of a decoder at a site.
+/// The voxel source of a decoder at a site; layers lie across z until [`shader`] knows better.
 pub fn source<'a>(
     codec: &'a str,
     decoder: &'a dyn Decoder,
@@ -104,6 +111,9 @@ pub fn source<'a>(
 ) -> Source<'a> {
     if matches!(site, Site::Deferred | Site::Host) {
         return Source::Texture { form: decoder.decoded_form(), sampling };
+    }
+    if site == Site::Ring {
+        return Source::Ring { form: decoder.decoded_form(), sampling, axis: Axis::Z };
     }
     let shader =
         decoder.shader().unwrap_or_else(|| panic!("{codec} offers the site inline without a shader"));
@@ -120,14 +130,22 @@ pub fn shader(
     decoder: &dyn Decoder,
     source: &Source<'_>,
 ) -> Result<GeneratedShader, String> {
-    let plan = renderer.plan(view, decoder.layout()).map_err(|e| format!("renderer: {e}"))?;
+    let mut source = source.clone();
+    let plan = match source {
+        Source::Ring { .. } => renderer.plan_layers(view, decoder.layout()),
+        _ => renderer.plan(view, decoder.layout()),
+    };
+    let plan = plan.map_err(|e| format!("renderer: {e}"))?;
+    if let (Source::Ring { axis, .. }, [Pass::Layers(pass)]) = (&mut source, &plan.passes[..]) {
+        *axis = pass.axis;
+    }
     let [pass] = &plan.passes[..] else { panic!("{}: several passes", renderer.info().id) };
     let request = Request {
         templates: pass.templates(),
         entry: pass.entry(),
         bindings: &pass.bindings(),
         layout: decoder.layout(),
-        source: source.clone(),
+        source,
         filter: Some(view.filter),
         limits: BindingLimits::default(),
     };
@@ -140,6 +158,17 @@ fn decode_pass(codec: &str, decoder: &dyn Decoder) -> Result<GeneratedShader, St
     DeferredShaders::generate(codec, decoder, key, format, BindingLimits::default())
         .map(|shaders| shaders.pack)
         .map_err(|problem| format!("decode pass: {problem}"))
+}
+
+/// The pass that decodes layers, across each axis.
+fn layer_passes(codec: &str, decoder: &dyn Decoder) -> Result<(), String> {
+    let (key, format) = ((FrameIndex::FIRST, Level::FULL), decoder.decoded_form().format);
+    for axis in Axis::ALL {
+        let limits = BindingLimits::default();
+        DeferredShaders::generate_layers(codec, decoder, key, (format, axis), limits)
+            .map_err(|problem| format!("layers across {axis:?}: {problem}"))?;
+    }
+    Ok(())
 }
 
 /// One codec with one set of settings under everything else: how often a shader was made, and what was refused.
@@ -157,6 +186,11 @@ fn pictures(
             let cells =
                 resolution.cells.iter().filter(|c| c.codec == codec.info().id && c.settings == *settings);
             for cell in cells {
+                // With settings a renderer is here for the ring; its other shaders are those of its defaults, as far as
+                // a codec can tell.
+                if cell.renderer.contains(',') && cell.site != Site::Ring {
+                    continue;
+                }
                 let renderer = cvr::registry::renderer(&cell.renderer).unwrap();
                 for projection in [Projection::Perspective, Projection::Orthographic] {
                     for sampling in [TextureSampling::Hardware, TextureSampling::Manual] {
@@ -271,6 +305,8 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
             let decoder = opened(codec.as_ref(), &cell.settings, &varied(SIZE, sample, channels));
             let pass = decode_pass(&cell.codec, decoder.as_ref());
             pass.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
+            let passes = layer_passes(&cell.codec, decoder.as_ref());
+            passes.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
             let dumps = [Some(cvr_shaders::DUMP), codec.info().fetch_cell.then_some(cvr_shaders::DUMP_CELL)];
             for template in dumps.into_iter().flatten() {
                 let request = Request {
@@ -318,7 +354,8 @@ fn a_damaged_snippet_is_refused() {
             let problem = shader(renderer.as_ref(), &view, decoder.as_ref(), &source).unwrap_err();
             assert!(problem.contains(id), "{problem}");
             let format = decoder.decoded_form().format;
-            let pass = generate_decode(&source, decoder.layout(), format, BindingLimits::default());
+            let pass =
+                generate_decode(&source, decoder.layout(), (format, Axis::X), BindingLimits::default());
             let problem = pass.unwrap_err().to_string();
             assert!(problem.contains(&format!("codecs/{id}/src/decode.wgsl")), "{problem}");
         }

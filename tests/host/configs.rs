@@ -44,6 +44,7 @@ fn every_configuration_resolves() {
         ("hvq", 20, 16),
         ("quickstart", 34, 11),
         ("renderers", 104, 40),
+        ("ring", 18, 0),
         ("s3dc-table1", 42, 0),
         ("skipping", 96, 0),
         ("volumes", 144, 0),

@@ -287,6 +287,33 @@ fn the_mirror_draws_the_same_at_all_sites() {
     }
 }
 
+/// The mirror has no ring of layers. It draws the picture all the same, and says from what.
+#[test]
+fn the_mirror_draws_no_ring_and_says_so() {
+    let folder = Folder::new();
+    let config = CONFIG
+        .replace("\"raycasting\"", "[\"raycasting\", \"slicing\"]\ngeometry = \"axis\"")
+        .replace("[\"inline\", \"deferred\", \"host\"]", "[\"deferred\", \"ring\"]");
+    folder.write("tiny.toml", config);
+    let ran = folder.cvr(&["run", "tiny.toml", "--device", "cpu", "--out", "a"]).exits(0);
+    assert!(ran.stdout.contains("12 cells: 12 ok, 0 failed; 4 combinations refused"), "{}", ran.stdout);
+    let results = Results::read(&folder.path("a/results.json")).unwrap();
+    let image = |r: &Record| folder.read(&format!("a/{}", r.image.as_ref().unwrap()));
+    for codec in ["raw", "s3dc"] {
+        for filter in ["nearest", "linear"] {
+            let of = |site: &str| {
+                let same = |r: &&Record| (&*r.codec, &*r.filter, &*r.site) == (codec, filter, site);
+                results.records.iter().filter(same).find(|r| r.renderer == "slicing,geometry=axis").unwrap()
+            };
+            let (ring, whole) = (of("ring"), of("deferred"));
+            assert!(ring.notes.as_ref().unwrap().contains("CPU mirror has no ring"), "{:?}", ring.notes);
+            assert!(!whole.notes.as_ref().is_some_and(|notes| notes.contains("mirror")), "{:?}", whole.notes);
+            assert_eq!((ring.resident_bytes, ring.parity_mismatches), (None, None));
+            assert_eq!(image(ring), image(whole), "{codec} {filter}");
+        }
+    }
+}
+
 #[test]
 fn records_are_complete_and_consistent() {
     for record in results("a").records {

@@ -127,15 +127,23 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
                     .flat_map(|o| [Projection::Perspective, Projection::Orthographic].map(|p| (o, p)))
                 {
                     let view = optics.of(view(Filter::Linear, projection), decoder.as_ref());
-                    let plan =
-                        renderer.plan(&view, decoder.layout()).unwrap_or_else(|e| panic!("{label}: {e}"));
-                    let pass = the_pass(&plan);
-                    let files: Vec<_> = pass.templates().iter().map(|t| t.file).collect();
                     for (site, sampling) in [
                         (Site::Inline, TextureSampling::Manual),
                         (Site::Host, TextureSampling::Manual),
                         (Site::Host, TextureSampling::Hardware),
+                        (Site::Ring, TextureSampling::Manual),
+                        (Site::Ring, TextureSampling::Hardware),
                     ] {
+                        if site == Site::Ring && !info.draws_layers(&label) {
+                            continue; // refused before a plan is asked for
+                        }
+                        let plan = match site {
+                            Site::Ring => renderer.plan_layers(&view, decoder.layout()),
+                            _ => renderer.plan(&view, decoder.layout()),
+                        };
+                        let plan = plan.unwrap_or_else(|e| panic!("{label}: {e}"));
+                        let pass = the_pass(&plan);
+                        let files: Vec<_> = pass.templates().iter().map(|t| t.file).collect();
                         for filter in Filter::ALL {
                             let by_cells = filter == Filter::OptimisedLinear;
                             if by_cells && !(site == Site::Inline && codec.info().fetch_cell) {

@@ -201,6 +201,16 @@ fn templates_bring_no_function_that_nothing_calls() {
             for optics in Optics::all() {
                 idle(&label, &Scene { optics, projection, ..S3DC });
             }
+            let layers = renderers().iter().any(|r| r.info().draws_layers(&label));
+            for (sampling, filter) in [
+                (TextureSampling::Hardware, Filter::Linear),
+                (TextureSampling::Manual, Filter::Linear),
+                (TextureSampling::Hardware, Filter::Nearest),
+            ] {
+                if layers {
+                    idle(&label, &Scene { site: Site::Ring, sampling, filter, projection, ..S3DC });
+                }
+            }
         }
     }
 }
@@ -223,6 +233,19 @@ fn a_whole_shader_of_a_lit_and_clipped_scene() {
     let optics = Optics { lit: Some(Light::Camera), clipped: true, skipping: false };
     let raw = Scene { codec: "raw", filter: Filter::Linear, optics, ..S3DC };
     insta::assert_snapshot!(text(&raw));
+}
+
+#[test]
+fn a_whole_shader_of_slices_from_a_ring() {
+    let ring = Scene {
+        renderer: "slicing,geometry=axis",
+        site: Site::Ring,
+        sampling: TextureSampling::Hardware,
+        filter: Filter::Linear,
+        projection: Projection::Orthographic,
+        ..S3DC
+    };
+    insta::assert_snapshot!(text(&ring));
 }
 
 #[test]

@@ -13,13 +13,16 @@ pub enum Site {
     /// On the device, a whole frame at once, into a texture: by passes of the codec's own ([`super::FrameDecode`]) or
     /// by the shader of [`Site::Inline`]. The CPU mirror, which has no textures, decodes a frame as at [`Site::Host`].
     Deferred,
+    /// On the device, layer by layer in every frame, into a ring of four layers from which slices are drawn as far as
+    /// they reach: by the shader of [`Site::Inline`]. The CPU mirror draws as at [`Site::Deferred`].
+    Ring,
     /// On the CPU, into a texture.
     Host,
 }
 
 impl Site {
     /// All sites that a pipeline may name.
-    pub const ALL: [Self; 3] = [Self::Inline, Self::Deferred, Self::Host];
+    pub const ALL: [Self; 4] = [Self::Inline, Self::Deferred, Self::Ring, Self::Host];
 
     /// Name used in TOML and in records.
     #[must_use]
@@ -27,6 +30,7 @@ impl Site {
         match self {
             Self::Inline => "inline",
             Self::Deferred => "deferred",
+            Self::Ring => "ring",
             Self::Host => "host",
         }
     }
@@ -77,10 +81,10 @@ impl CodecInfo {
     }
 
     /// Whether its volumes can be decoded there. Whoever decodes one voxel in a shader decodes all of them, so that
-    /// *deferred* comes with *inline*; a codec that only rebuilds whole frames lists *deferred* alone.
+    /// *deferred* and *ring* come with *inline*; a codec that only rebuilds whole frames lists *deferred* alone.
     #[must_use]
     pub fn offers(&self, site: Site) -> bool {
-        let needed = if site == Site::Deferred { Site::Inline } else { site };
+        let needed = if matches!(site, Site::Deferred | Site::Ring) { Site::Inline } else { site };
         self.sites.contains(&site) || self.sites.contains(&needed)
     }
 

@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::{Cell, CodecSweep, Experiment, Known, PipelineAxes, Sweep};
 use crate::codec::{Codec, CodecInfo, Settings, Site};
-use crate::render::Filter;
+use crate::render::{Filter, RendererInfo};
 
 /// What this machine and build cannot do; the default is that nothing is lacking.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -50,6 +50,13 @@ pub enum Reason {
         /// The site asked for.
         site: Site,
     },
+    /// The renderer, with these settings, does not draw from a ring of layers.
+    NoLayers {
+        /// Label of the renderer.
+        renderer: String,
+        /// Labels with which renderers of this build do.
+        offered: Vec<String>,
+    },
     /// [`Filter::OptimisedLinear`] with a codec that has no fast path.
     NoFetchCell {
         /// Codec id.
@@ -86,6 +93,14 @@ impl fmt::Display for Reason {
                  filter linear, or site inline",
                 Filter::OptimisedLinear
             ),
+            Self::NoLayers { renderer, offered } => {
+                let offered = if offered.is_empty() { "none".to_owned() } else { offered.join(" or ") };
+                write!(
+                    f,
+                    "site {}: renderer {renderer} does not draw layer by layer; renderers that do: {offered}",
+                    Site::Ring
+                )
+            }
             Self::NoFetchCell { codec } => write!(
                 f,
                 "filter {}: codec {codec} has no fetch_cell; use filter linear",
@@ -137,6 +152,7 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
                         .or_else(|| renderer_problem(renderer, known))
                         .or_else(|| codec.codec.and_then(|codec| unsupported(codec.info(), site, filter)))
                         .or_else(|| codec.codec.and_then(|c| missing_stages(c, &codec.settings, stages)))
+                        .or_else(|| undrawable(renderer, site, known.renderers))
                         .or_else(|| site_problem(site, capabilities));
                     match reason {
                         Some(reason) => resolution.refused.push(Refusal { cell, reason }),
@@ -227,6 +243,16 @@ pub fn missing_stages(codec: &dyn Codec, settings: &Settings, stages: Option<u8>
     let (asked, most) = (stages?, codec.stages(settings));
     let reason = Reason::Stages { codec: codec.info().id.to_owned(), asked, most };
     (asked > most || most == 1).then_some(reason)
+}
+
+/// Why a renderer of this label cannot draw from a site, by what the renderers say of themselves; `None` when it can.
+#[must_use]
+pub fn undrawable(label: &str, site: Site, renderers: &[&RendererInfo]) -> Option<Reason> {
+    if site != Site::Ring || renderers.iter().any(|info| info.draws_layers(label)) {
+        return None;
+    }
+    let offered = renderers.iter().filter_map(|info| info.layers_label()).collect();
+    Some(Reason::NoLayers { renderer: label.to_owned(), offered })
 }
 
 fn site_problem(site: Site, capabilities: &Capabilities) -> Option<Reason> {

@@ -2,6 +2,7 @@
 
 pub use cvr_shaders::Template;
 
+use super::LayerPass;
 use crate::shader::BindingKind;
 
 /// All passes of one picture, in order. The last one fills the image.
@@ -21,6 +22,8 @@ pub enum Pass {
     Compute(ComputePass),
     /// Triangles that are blended into the image.
     Raster(RasterPass),
+    /// The same, piece by piece, from a ring of layers that are decoded in between.
+    Layers(LayerPass),
 }
 
 impl Pass {
@@ -29,7 +32,7 @@ impl Pass {
     pub fn templates(&self) -> &[Template] {
         match self {
             Self::Compute(pass) => &pass.templates,
-            Self::Raster(pass) => &pass.templates,
+            Self::Raster(pass) | Self::Layers(LayerPass { raster: pass, .. }) => &pass.templates,
         }
     }
 
@@ -38,7 +41,7 @@ impl Pass {
     pub const fn entry(&self) -> &'static str {
         match self {
             Self::Compute(pass) => pass.entry,
-            Self::Raster(pass) => pass.fragment,
+            Self::Raster(pass) | Self::Layers(LayerPass { raster: pass, .. }) => pass.fragment,
         }
     }
 
@@ -47,7 +50,7 @@ impl Pass {
     pub fn inputs(&self) -> &[Input] {
         match self {
             Self::Compute(pass) => &pass.inputs,
-            Self::Raster(pass) => &pass.inputs,
+            Self::Raster(pass) | Self::Layers(LayerPass { raster: pass, .. }) => &pass.inputs,
         }
     }
 

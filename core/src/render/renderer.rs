@@ -27,6 +27,9 @@ pub struct RendererInfo {
     pub summary: &'static str,
     /// Its settings: keys of `[pipeline]` beside those that every renderer has.
     pub settings: &'static [Setting],
+    /// The settings with which it draws from a ring of layers ([`Renderer::plan_layers`], site *ring*); `None` where it
+    /// never does.
+    pub layers: Option<&'static [(&'static str, &'static str)]>,
 }
 
 impl RendererInfo {
@@ -58,6 +61,22 @@ impl RendererInfo {
         Some(self.complete(&written))
     }
 
+    /// Whether a renderer of this label draws from a ring of layers. Labels hold what differs from the defaults.
+    #[must_use]
+    pub fn draws_layers(&self, label: &str) -> bool {
+        let settings = self.parse(label).and_then(Result::ok);
+        settings.zip(self.layers).is_some_and(|(settings, needed)| {
+            needed.iter().all(|(name, value)| settings.text(name).is_ok_and(|text| text == *value))
+        })
+    }
+
+    /// The label with which it draws from a ring of layers, if there is one.
+    #[must_use]
+    pub fn layers_label(&self) -> Option<String> {
+        let needed = self.layers?.iter();
+        Some(needed.fold(self.id.to_owned(), |label, (name, value)| format!("{label},{name}={value}")))
+    }
+
     fn complete(&self, settings: &Settings) -> Result<Settings, ConfigError> {
         settings.complete_by(&format!("renderer `{}`", self.id), self.settings)
     }
@@ -79,6 +98,15 @@ pub trait Renderer: Send + Sync + Debug {
     /// # Errors
     /// When the renderer does not offer what the view asks for.
     fn plan(&self, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError>;
+
+    /// The pass that draws the same picture from a ring of layers, for the site *ring*: one [`super::Pass::Layers`].
+    ///
+    /// # Errors
+    /// As [`Renderer::plan`], and when the renderer, with its settings, does not draw layer by layer.
+    fn plan_layers(&self, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
+        let _ = (view, layout);
+        Err(RenderError::Unsupported(format!("renderer {} does not draw layer by layer", self.info().id)))
+    }
 
     /// The CPU mirror: the same picture by the same arithmetic in Rust. It defines the golden image. On a
     /// [`super::Filter`] it acts as the manual filters of the shaders do.
@@ -108,6 +136,7 @@ mod tests {
             },
             Setting { name: "layers", doc: "", kind: SettingKind::Integer { min: 1, max: 9 }, default: "1" },
         ],
+        layers: Some(&[("geometry", "axis")]),
     };
 
     #[test]
@@ -120,6 +149,16 @@ mod tests {
         assert_eq!(label("slicing,layers=1,geometry=planes"), "slicing");
         assert_eq!(label("slicing,layers=3,geometry=axis"), "slicing,geometry=axis,layers=3");
         assert!(INFO.parse("raycasting").is_none());
+        for (label, draws) in [
+            ("slicing", false),
+            ("slicing,geometry=axis,layers=3", true),
+            ("slicing,geometry=cones", false),
+            ("raycasting,geometry=axis", false),
+        ] {
+            assert_eq!(INFO.draws_layers(label), draws, "{label}");
+        }
+        assert_eq!(INFO.layers_label().as_deref(), Some("slicing,geometry=axis"));
+        assert!(!RendererInfo { layers: None, ..INFO }.draws_layers("slicing,geometry=axis"));
         let problem = |text| INFO.parse(text).unwrap().unwrap_err().to_string();
         assert_eq!(
             problem("slicing,step=3"),

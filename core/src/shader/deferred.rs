@@ -1,4 +1,5 @@
-//! The shaders of the site *deferred*: every voxel of a frame, decoded once, as texels.
+//! The shaders of the site *deferred*: every voxel of a frame, decoded once, as texels; and of the site *ring*: every
+//! voxel of a layer.
 
 use cvr_shaders::DEFERRED_DECODE;
 
@@ -7,7 +8,7 @@ use super::{
     generate, generate_passes,
 };
 use crate::codec::{DecodeError, Decoder, Resource, TexelFormat};
-use crate::volume::{FrameIndex, Level, VolumeLayout};
+use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
 
 /// All that decodes one frame on a device.
 #[derive(Clone, Debug)]
@@ -51,14 +52,29 @@ impl<'a> DeferredShaders<'a> {
         if let Some(decode) = decoder.frame_decode() {
             let own = decode.passes(frame, level)?;
             let (passes, source) = generate_passes(codec, &own, layout, (frame, level), limits)?;
-            let pack = generate_decode(&source, layout, format, limits)?;
+            let pack = generate_decode(&source, layout, (format, Axis::Z), limits)?;
             return Ok(Self { passes, pack, resources: own.resources });
         }
+        Self::generate_layers(codec, decoder, (frame, level), (format, Axis::Z), limits)
+    }
+
+    /// The shader that decodes layers across `axis` by the codec's snippet, each by itself. Passes are no way to a layer:
+    /// they rebuild whole frames.
+    ///
+    /// # Errors
+    /// As [`generate()`], and when the codec has no snippet.
+    pub fn generate_layers(
+        codec: &str,
+        decoder: &'a dyn Decoder,
+        (frame, level): (FrameIndex, Level),
+        (format, axis): (TexelFormat, Axis),
+        limits: BindingLimits,
+    ) -> Result<Self, DeferredError> {
         let shader = decoder.shader().ok_or_else(|| DeferredError::NoShader(codec.to_owned()))?;
         let resources = shader.resources(frame)?;
         let sizes = resources.iter().map(ResourceSize::of).collect();
         let source = Source::Inline { codec, module: shader.module(), resources: sizes, frame, level };
-        let pack = generate_decode(&source, layout, format, limits)?;
+        let pack = generate_decode(&source, decoder.layout(), (format, axis), limits)?;
         Ok(Self { passes: Vec::new(), pack, resources })
     }
 
@@ -69,21 +85,22 @@ impl<'a> DeferredShaders<'a> {
 }
 
 /// Generates the pass that decodes a slab of a frame through `source` and writes its texels, in rows of a multiple of
-/// 256 bytes, into a buffer of words. Its invocations stand for groups of voxels along x ([`voxels_per_invocation`]),
-/// rows along y and slices along z; 64 of them along x form a workgroup.
+/// 256 bytes, into a buffer of words: layer by layer across `axis`, which is z where the texture is the frame. Its
+/// invocations stand for groups of voxels along a row ([`voxels_per_invocation`]) in x, rows in y and layers in z; 64 of
+/// them along x form a workgroup.
 ///
 /// # Errors
 /// As [`generate()`].
 pub fn generate_decode(
     source: &Source<'_>,
     layout: &VolumeLayout,
-    format: TexelFormat,
+    (format, axis): (TexelFormat, Axis),
     limits: BindingLimits,
 ) -> Result<GeneratedShader, ShaderError> {
     generate(&Request {
         templates: &[DEFERRED_DECODE],
         entry: "decode",
-        bindings: &[BindingKind::Slab, BindingKind::Texels(format)],
+        bindings: &[BindingKind::Slab(axis), BindingKind::Texels(format)],
         layout,
         source: source.clone(),
         filter: None,

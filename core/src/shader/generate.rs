@@ -33,8 +33,10 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
         out.template(*template);
     }
     for kind in request.bindings {
-        if let BindingKind::Texels(format) = kind {
-            out.template(texel(*format));
+        match kind {
+            BindingKind::Texels(format) => out.template(texel(*format)),
+            BindingKind::Slab(axis) => out.generated("layers of voxels", &text::layer_places(*axis, calls)),
+            _ => {}
         }
     }
     filter(&mut out, request)?;
@@ -75,13 +77,29 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
         }
         Source::Texture { form, sampling } => {
             let hardware = *sampling == TextureSampling::Hardware && request.filter == Some(Filter::Linear);
-            let (declarations, texture) = text::texture_bindings(hardware);
+            let (declarations, texture) =
+                text::texture_bindings(hardware.then_some(BindingKind::VolumeSampler));
             bindings.extend(texture);
             out.generated("bindings of the decoded volume", &declarations);
             out.generated("texels of the decoded volume", &text::texel_constants(*form));
             // The texture unit needs no fetch of single voxels.
             if !hardware {
                 out.template(shaders::SOURCE_TEXTURE);
+            }
+        }
+        Source::Ring { form, sampling, axis } => {
+            let hardware = *sampling == TextureSampling::Hardware && request.filter == Some(Filter::Linear);
+            let (declarations, texture) =
+                text::texture_bindings(hardware.then_some(BindingKind::RingSampler));
+            bindings.extend(texture);
+            out.generated("bindings of the ring of layers", &declarations);
+            out.generated("texels of the ring of layers", &text::texel_constants(*form));
+            let reads = if hardware { shaders::FILTER_HARDWARE_RING } else { shaders::SOURCE_RING };
+            let calls = |function: &str| calls(function) || reads.source.contains(function);
+            out.generated("the ring of layers", &text::ring(*axis, calls));
+            // The texture unit needs no fetch of single voxels, and has sampled under its filter.
+            if !hardware {
+                out.template(shaders::SOURCE_RING);
             }
         }
     }
@@ -115,15 +133,21 @@ fn provided(source: &Source<'_>) -> String {
 /// Appends the modules of the filter.
 fn filter(out: &mut Text, request: &Request<'_>) -> Result<(), ShaderError> {
     let decoded = !matches!(request.source, Source::Inline { .. });
-    let hardware = matches!(request.source, Source::Texture { sampling: TextureSampling::Hardware, .. });
+    let hardware = match request.source {
+        Source::Texture { sampling: TextureSampling::Hardware, .. } => Some(shaders::FILTER_HARDWARE),
+        Source::Ring { sampling: TextureSampling::Hardware, .. } => Some(shaders::FILTER_HARDWARE_RING),
+        _ => None,
+    };
     match request.filter {
         None => {}
         Some(Filter::Nearest) => out.template(shaders::FILTER_NEAREST),
-        Some(Filter::Linear) if hardware => out.template(shaders::FILTER_HARDWARE),
-        Some(Filter::Linear) => {
-            out.template(shaders::TRILINEAR);
-            out.template(shaders::FILTER_LINEAR);
-        }
+        Some(Filter::Linear) => match hardware {
+            Some(by_texture_unit) => out.template(by_texture_unit),
+            None => {
+                out.template(shaders::TRILINEAR);
+                out.template(shaders::FILTER_LINEAR);
+            }
+        },
         Some(Filter::OptimisedLinear) if decoded => {
             let text =
                 "filter `optimised-linear` decodes a cell at once; what is decoded has nothing to decode";

@@ -3,7 +3,7 @@
 use super::Segment;
 use crate::codec::{DecodedForm, Resource, TexelFormat, WgslModule};
 use crate::render::{Filter, Template};
-use crate::volume::{FrameIndex, Level, VolumeLayout};
+use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
 
 /// What a shader is to be made of.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ pub struct Request<'a> {
     /// Entry point that one of them declares.
     pub entry: &'a str,
     /// The bindings that the template uses: any kind but those of voxels, [`BindingKind::Words`],
-    /// [`BindingKind::VolumeTexture`] and [`BindingKind::VolumeSampler`].
+    /// [`BindingKind::VolumeTexture`], [`BindingKind::VolumeSampler`] and [`BindingKind::RingSampler`].
     pub bindings: &'a [BindingKind],
     /// Shape of the volume.
     pub layout: &'a VolumeLayout,
@@ -47,6 +47,15 @@ pub enum Source<'a> {
         buffer: usize,
         /// Its words.
         words: u64,
+    },
+    /// Decoded before, layer by layer, into a 3-D texture of four layers ([`crate::render::LayerPass`]).
+    Ring {
+        /// Texel format, scale and offset.
+        form: DecodedForm,
+        /// Who filters.
+        sampling: TextureSampling,
+        /// What layers lie across.
+        axis: Axis,
     },
     /// Decoded before, into a 3-D texture.
     Texture {
@@ -122,8 +131,8 @@ pub enum BindingKind {
     Image,
     /// Storage `dump: array<f32>`, written: all voxels of a frame, x fastest, channels interleaved.
     Dump,
-    /// Uniform `slab`: the struct `Slab` of the template that decodes a frame.
-    Slab,
+    /// Uniform `slab`: the struct `Slab` of the template that decodes a frame, in layers across an axis.
+    Slab(Axis),
     /// Storage `texels: array<u32>`, written: texels of this format in rows, as a copy into a texture wants them.
     Texels(TexelFormat),
     /// Read-only storage: words `first..first + words` of a codec's buffer.
@@ -153,13 +162,15 @@ pub enum BindingKind {
     },
     /// Clamping linear sampler for the volume texture.
     VolumeSampler,
+    /// The same for a ring of layers, which it repeats along the texture's third axis.
+    RingSampler,
 }
 
 impl BindingKind {
     /// Whether it is a uniform.
     #[must_use]
     pub const fn is_uniform(&self) -> bool {
-        matches!(self, Self::View | Self::Clip | Self::Lighting | Self::Colour | Self::Slabs | Self::Slab)
+        matches!(self, Self::View | Self::Clip | Self::Lighting | Self::Colour | Self::Slabs | Self::Slab(_))
     }
 }
 

@@ -3,7 +3,7 @@ use cvr_shaders as shaders;
 use super::*;
 use crate::codec::{Constant, ConstantValue, DecodedForm, WgslModule};
 use crate::render::{Filter, Template};
-use crate::volume::{Extent, FrameIndex, Level, SampleType, VolumeLayout};
+use crate::volume::{Axis, Extent, FrameIndex, Level, SampleType, VolumeLayout};
 
 const SNIPPET: &str = "\
 fn toy_fetch(p: vec3<i32>) -> vec4<f32> {
@@ -180,6 +180,10 @@ fn everything_else_that_breaks_the_contract_is_refused() {
 }
 
 fn decode(channels: u32, format: crate::codec::TexelFormat) -> String {
+    layers(channels, format, Axis::Z)
+}
+
+fn layers(channels: u32, format: crate::codec::TexelFormat, axis: Axis) -> String {
     let constants = vec![Constant { name: "edge", value: ConstantValue::U32(8) }];
     let source = Source::Inline {
         codec: "toy",
@@ -189,10 +193,10 @@ fn decode(channels: u32, format: crate::codec::TexelFormat) -> String {
         level: Level::FULL,
     };
     let layout = VolumeLayout { channels, ..layout() };
-    let shader = generate_decode(&source, &layout, format, BindingLimits::default()).unwrap();
+    let shader = generate_decode(&source, &layout, (format, axis), BindingLimits::default()).unwrap();
     let kinds: Vec<_> = shader.bindings.into_iter().map(|b| (b.group, b.kind)).collect();
     let words = BindingKind::Words { resource: 0, first: 0, words: 512 };
-    assert_eq!(kinds, [(0, BindingKind::Slab), (0, BindingKind::Texels(format)), (1, words)]);
+    assert_eq!(kinds, [(0, BindingKind::Slab(axis)), (0, BindingKind::Texels(format)), (1, words)]);
     shader.wgsl
 }
 
@@ -207,6 +211,50 @@ fn a_decode_pass_is_what_it_should_be() {
         assert_eq!(voxels_per_invocation(format, 1) as usize, 4 / format.bytes());
         assert_eq!(voxels_per_invocation(format, 3), 1);
     }
+}
+
+#[test]
+fn places_in_layers_follow_their_axis() {
+    let place = |axis| {
+        let text = layers(1, crate::codec::TexelFormat::Float32, axis);
+        let (_, after) =
+            text.split_once("fn voxel_of_layer(p: vec3<i32>) -> vec3<i32> {\n    return p.").unwrap();
+        after[..3].to_owned()
+    };
+    assert_eq!(Axis::ALL.map(place), ["zxy", "xzy", "xyz"]);
+}
+
+/// Slots of a ring are read by the texture unit or by single texels, and only by what the filter needs.
+#[test]
+fn a_ring_is_sampled_around_its_third_axis() {
+    let form = DecodedForm::FLOAT32;
+    let picture = [BindingKind::View, BindingKind::TransferTable, BindingKind::Image];
+    let make = |sampling, filter, axis| {
+        generate(&Request {
+            templates: &RAYCAST,
+            entry: "raycast",
+            bindings: &picture,
+            layout: &layout(),
+            source: Source::Ring { form, sampling, axis },
+            filter: Some(filter),
+            limits: BindingLimits::default(),
+        })
+    };
+    let hardware = make(TextureSampling::Hardware, Filter::Linear, Axis::X).unwrap();
+    assert!(hardware.wgsl.contains("fn layered(p: vec3<f32>) -> vec3<f32> {\n    return p.yzx;"));
+    assert!(!hardware.wgsl.contains("voxel_fetch") && !hardware.wgsl.contains("layered_voxel"));
+    assert!(hardware.bindings.iter().any(|b| b.kind == BindingKind::RingSampler));
+    for (sampling, filter) in [
+        (TextureSampling::Manual, Filter::Linear),
+        (TextureSampling::Manual, Filter::Nearest),
+        (TextureSampling::Hardware, Filter::Nearest),
+    ] {
+        let manual = make(sampling, filter, Axis::Y).unwrap();
+        assert!(manual.wgsl.contains("fn layered_voxel(p: vec3<i32>) -> vec3<i32> {\n    return p.xzy;"));
+        assert!(manual.wgsl.contains("const ring_layers: i32 = 4;"));
+        assert!(!manual.wgsl.contains("sampler") && !manual.wgsl.contains("fn layered("));
+    }
+    assert!(make(TextureSampling::Hardware, Filter::OptimisedLinear, Axis::Z).is_err());
 }
 
 #[test]

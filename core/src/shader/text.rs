@@ -6,7 +6,8 @@ use cvr_shaders::Template;
 
 use super::{Binding, BindingKind, Origin, Segment, ShaderError};
 use crate::codec::{Constant, ConstantValue, DecodedForm};
-use crate::volume::{FrameIndex, Level, VolumeLayout};
+use crate::render::RING_LAYERS;
+use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
 
 /// The growing text, with the origin of every part.
 #[derive(Default)]
@@ -117,12 +118,13 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
             BindingKind::TransferTable => "var<storage, read> transfer_table: array<vec4<f32>>;",
             BindingKind::Image => "var<storage, read_write> image: array<vec4<f32>>;",
             BindingKind::Dump => "var<storage, read_write> dump_values: array<f32>;",
-            BindingKind::Slab => "var<uniform> slab: Slab;",
+            BindingKind::Slab(_) => "var<uniform> slab: Slab;",
             BindingKind::Texels(_) => "var<storage, read_write> texels: array<u32>;",
             BindingKind::Words { .. }
             | BindingKind::Scratch { .. }
             | BindingKind::VolumeTexture { .. }
-            | BindingKind::VolumeSampler => {
+            | BindingKind::VolumeSampler
+            | BindingKind::RingSampler => {
                 continue;
             }
         };
@@ -132,16 +134,39 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
     (text, bindings)
 }
 
-/// Bindings of the decoded volume's texture, in group 1.
-pub fn texture_bindings(hardware: bool) -> (String, Vec<Binding>) {
+/// Bindings of the decoded volume's texture, in group 1; with a sampler where the texture unit filters.
+pub fn texture_bindings(sampler: Option<BindingKind>) -> (String, Vec<Binding>) {
     let mut text = "@group(1) @binding(0) var volume_texture: texture_3d<f32>;\n".to_owned();
-    let texture = BindingKind::VolumeTexture { filterable: hardware };
+    let texture = BindingKind::VolumeTexture { filterable: sampler.is_some() };
     let mut bindings = vec![Binding { group: 1, binding: 0, kind: texture }];
-    if hardware {
+    if let Some(kind) = sampler {
         text.push_str("@group(1) @binding(1) var volume_sampler: sampler;\n");
-        bindings.push(Binding { group: 1, binding: 1, kind: BindingKind::VolumeSampler });
+        bindings.push(Binding { group: 1, binding: 1, kind });
     }
     (text, bindings)
+}
+
+/// Places in layers across an axis: along rows, across rows, and the layer. Each function only where something calls it.
+pub fn layer_places(axis: Axis, calls: impl Fn(&str) -> bool) -> String {
+    let there = axis.layered(["x", "y", "z"]).concat();
+    let back = axis.unlayered(["x", "y", "z"]).concat();
+    let mut text = String::new();
+    for (function, kind, swizzle) in
+        [("layered", "f32", &there), ("layered_voxel", "i32", &there), ("voxel_of_layer", "i32", &back)]
+    {
+        if calls(&format!("{function}(")) {
+            let _ = writeln!(
+                text,
+                "fn {function}(p: vec3<{kind}>) -> vec3<{kind}> {{\n    return p.{swizzle};\n}}"
+            );
+        }
+    }
+    text
+}
+
+/// The size of the ring, and places in its layers.
+pub fn ring(axis: Axis, calls: impl Fn(&str) -> bool) -> String {
+    format!("const ring_layers: i32 = {RING_LAYERS};\n{}", layer_places(axis, calls))
 }
 
 /// `voxel_fetch` and `voxel_cell` over a codec's snippet, each where something calls it.

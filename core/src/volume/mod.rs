@@ -3,6 +3,7 @@
 //! Conventions shared by the whole workspace: x runs fastest in memory; channels of one voxel lie next to
 //! each other; values are in *data units* as `f32` (every 8- and 16-bit integer is exact).
 
+mod axis;
 mod brick;
 mod dense;
 mod extent;
@@ -13,6 +14,7 @@ mod sample;
 mod source;
 mod stored;
 
+pub use axis::Axis;
 pub use brick::{BrickKey, Level, Region};
 pub use dense::{DenseVolume, Samples};
 pub use extent::{Extent, ExtentError};

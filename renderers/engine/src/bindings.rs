@@ -186,7 +186,7 @@ fn resident(
             contents.resize(contents.len().next_multiple_of(16), 0);
             Resident::Buffer(device.filled_buffer("input", usage, &contents)?)
         }
-        BindingKind::Slab => Resident::Buffer(supplies.slab.ok_or_else(|| missing("`slab`"))?.clone()),
+        BindingKind::Slab(_) => Resident::Buffer(supplies.slab.ok_or_else(|| missing("`slab`"))?.clone()),
         BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
             Resident::Buffer(supplies.output.ok_or_else(|| missing("an output"))?.clone())
         }
@@ -210,12 +210,19 @@ fn resident(
         BindingKind::VolumeTexture { .. } => {
             Resident::Texture(supplies.texture.ok_or_else(|| missing("a texture"))?.view().clone())
         }
-        BindingKind::VolumeSampler => {
+        BindingKind::VolumeSampler | BindingKind::RingSampler => {
+            // Clamped to the edge, as the manual filter does; a ring goes around from its last layer to the first.
+            let around = match binding.kind {
+                BindingKind::RingSampler => wgpu::AddressMode::Repeat,
+                _ => wgpu::AddressMode::ClampToEdge,
+            };
             Resident::Sampler(device.wgpu().create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("volume"),
+                address_mode_u: wgpu::AddressMode::ClampToEdge,
+                address_mode_v: wgpu::AddressMode::ClampToEdge,
+                address_mode_w: around,
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
-                // The default address mode clamps to the edge, as the manual filter does.
                 ..Default::default()
             }))
         }
@@ -246,7 +253,9 @@ fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::Bind
             view_dimension: wgpu::TextureViewDimension::D3,
             multisampled: false,
         },
-        BindingKind::VolumeSampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        BindingKind::VolumeSampler | BindingKind::RingSampler => {
+            wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)
+        }
         _ => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
     };
     wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }

@@ -1,21 +1,16 @@
 //! The site *deferred*: the device decodes a whole frame, once, into a texture.
 
-use cvr_core::codec::{Decoder, TexelFormat};
+use cvr_core::codec::Decoder;
 use cvr_core::shader::{DeferredShaders, voxels_per_invocation};
 use cvr_core::volume::{FrameIndex, Level};
 
 use crate::bindings::{Bound, Parts, Supplies};
 use crate::frame_passes::{BoundPasses, scratch_buffers};
-use crate::slabs::{Slab, Slabs};
+use crate::slabs::{SLAB_UNIFORM_BYTES, Slab, Slabs, WORKGROUP, slab_uniform};
 use crate::timestamps::{FrameTimestamps, timed};
 use crate::timing::FrameTime;
 use crate::upload::SLAB_BYTES;
-use crate::{Device, EngineError, TextureChoice, VolumeTexture};
-
-/// Invocations of one workgroup of the template, along x.
-const WORKGROUP: u32 = 64;
-/// Bytes of the uniform `slab`.
-const UNIFORM_BYTES: u64 = 32;
+use crate::{Device, EngineError, VolumeTexture};
 
 /// A frame and what decodes it into a texture, any number of times.
 ///
@@ -59,7 +54,7 @@ impl FrameDecoder {
         let slabs = Slabs::new(layout.extent, texture.texel_bytes(), most_bytes)?;
         let (uniform, texels) = device.guarded("preparing to decode a frame", || {
             let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let uniform = device.empty_buffer("slab", usage, UNIFORM_BYTES)?;
+            let uniform = device.empty_buffer("slab", usage, SLAB_UNIFORM_BYTES)?;
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
             Ok((uniform, device.empty_buffer("texels", usage, slabs.most_bytes())?))
         })?;
@@ -146,7 +141,7 @@ impl FrameDecoder {
     /// ([`VolumeTexture::resident_bytes`]), the scratch buffers, and the buffer through which texels go into the texture.
     #[must_use]
     pub fn peak_bytes(&self) -> u64 {
-        self.texture.resident_bytes() + self.scratch_bytes() + self.texels.size() + UNIFORM_BYTES
+        self.texture.resident_bytes() + self.scratch_bytes() + self.texels.size() + SLAB_UNIFORM_BYTES
     }
 
     /// The generated passes, in their order.
@@ -161,18 +156,9 @@ impl FrameDecoder {
         [layout.extent.x().div_ceil(voxels * WORKGROUP), slab.rows, slab.slices]
     }
 
-    /// The struct `Slab` of shaders/deferred/decode.wgsl.
-    fn uniform_of(&self, slab: Slab) -> [u8; UNIFORM_BYTES as usize] {
-        let TextureChoice { form, .. } = self.texture.choice();
-        let steps = match form.format {
-            TexelFormat::Unorm8 => 255.0,
-            TexelFormat::Unorm16 => 65535.0,
-            TexelFormat::Float16 | TexelFormat::Float32 => 1.0,
-        };
-        let per_unit = (steps / f64::from(form.scale)) as f32;
-        let row_words = self.slabs.row_bytes() as u32 / 4;
-        let [offset, per_unit] = [form.offset, per_unit].map(f32::to_bits);
-        bytemuck::cast([slab.first_row, slab.first_slice, slab.rows, row_words, offset, per_unit, 0, 0])
+    fn uniform_of(&self, slab: Slab) -> [u8; SLAB_UNIFORM_BYTES as usize] {
+        let texture = &self.texture;
+        slab_uniform(slab, self.slabs, texture.choice().form, texture.layout().extent.x())
     }
 }
 

@@ -3,14 +3,15 @@
 mod canvas;
 
 use canvas::Canvas;
-use cvr_core::render::{Blending, Filter, Image, Pass, Plan};
+use cvr_core::render::{Blending, Filter, Image, LayerPass, Pass, Plan};
 use cvr_core::shader::{BindingKind, Request, TextureSampling, generate};
 
 use crate::bindings::{Bound, Parts, Supplies};
-use crate::raster::{BoundRaster, target_format};
+use crate::layers::{BoundLayers, LayerRing};
+use crate::raster::{BoundRaster, blend, target_format};
 use crate::timestamps::{FrameTimestamps, timed};
 use crate::timing::FrameTime;
-use crate::{Device, DrawSource, EngineError};
+use crate::{Device, DrawSource, EngineError, TextureFallback};
 
 /// A picture that can be drawn any number of times. Everything it reads is resident, so that a frame is its
 /// passes and nothing else.
@@ -22,10 +23,12 @@ pub struct Drawing {
     size: [u32; 2],
     canvas: Canvas,
     passes: Vec<Runnable>,
+    ring: Option<LayerRing>,
     blending: Option<Blending>,
     timestamps: Option<FrameTimestamps>,
     resident_bytes: u64,
     filtering: TextureSampling,
+    fallback: Option<TextureFallback>,
     wgsl: String,
 }
 
@@ -34,11 +37,13 @@ pub struct Drawing {
 enum Runnable {
     Compute(Bound, [u32; 3]),
     Raster(BoundRaster, wgpu::TextureView),
+    Layers(BoundLayers, wgpu::TextureView),
 }
 
 impl Drawing {
-    /// Generates and compiles the shaders of `plan`, and uploads what they read. For a source *inline* that is
-    /// the codec's buffers; a texture is shared.
+    /// Generates and compiles the shaders of `plan`, and uploads what they read. For a source *inline* or *ring* that is
+    /// the codec's buffers; a texture is shared. A plan that draws layer by layer goes with a source *ring*, and with no
+    /// other.
     ///
     /// # Errors
     /// [`EngineError::Shader`] when the generator refuses the shader, [`EngineError::TooLarge`] when picture
@@ -50,11 +55,23 @@ impl Drawing {
         source: &DrawSource<'_>,
         filter: Filter,
     ) -> Result<Self, EngineError> {
-        let voxels = source.voxels()?;
+        let ring = ring_of(device, plan, source)?;
+        Self::from_ring(device, plan, source, filter, ring)
+    }
+
+    /// As [`Drawing::new`], the ring being made, if there is to be one.
+    fn from_ring(
+        device: &Device,
+        plan: &Plan,
+        source: &DrawSource<'_>,
+        filter: Filter,
+        ring: Option<LayerRing>,
+    ) -> Result<Self, EngineError> {
+        let voxels = ring.as_ref().map_or_else(|| source.voxels(), |ring| Ok(ring.voxels()))?;
         let canvas = canvas_of(device, plan)?;
         let mut parts = Parts::new();
         let mut passes = Vec::new();
-        let mut texts = Vec::new();
+        let mut texts: Vec<String> = ring.iter().map(|ring| ring.wgsl().to_owned()).collect();
         let mut filtering = TextureSampling::Manual;
         for pass in &plan.passes {
             let shader = generate(&Request {
@@ -66,7 +83,9 @@ impl Drawing {
                 filter: Some(filter),
                 limits: device.binding_limits(),
             })?;
-            if shader.bindings.iter().any(|binding| binding.kind == BindingKind::VolumeSampler) {
+            let sampler =
+                |kind: &BindingKind| matches!(kind, BindingKind::VolumeSampler | BindingKind::RingSampler);
+            if shader.bindings.iter().any(|binding| sampler(&binding.kind)) {
                 filtering = TextureSampling::Hardware;
             }
             let mut supplies = Supplies {
@@ -87,6 +106,12 @@ impl Drawing {
                     let bound = BoundRaster::new(device, pass, &shader, format, &supplies, &mut parts)?;
                     Runnable::Raster(bound, texture.create_view(&wgpu::TextureViewDescriptor::default()))
                 }
+                (Pass::Layers(pass), Canvas::Target(texture)) => {
+                    let (raster, format) = (&pass.raster, texture.format());
+                    let bound = BoundRaster::new(device, raster, &shader, format, &supplies, &mut parts)?;
+                    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+                    Runnable::Layers(BoundLayers::new(bound, pass), view)
+                }
                 _ => {
                     let text = "passes of one picture either compute or blend, and this plan mixes them";
                     return Err(EngineError::Unsupported(text.to_owned()));
@@ -98,6 +123,8 @@ impl Drawing {
             return Err(EngineError::Unsupported("the plan has no passes".to_owned()));
         }
         let words: u64 = parts.values().map(wgpu::Buffer::size).sum();
+        let texture_bytes = voxels.texture.map_or(0, crate::VolumeTexture::resident_bytes);
+        let fallback = voxels.texture.and_then(|texture| texture.choice().fallback);
         Ok(Self {
             device: device.clone(),
             size: plan.size,
@@ -105,8 +132,10 @@ impl Drawing {
             canvas,
             passes,
             timestamps: device.guarded("preparing timestamps", || FrameTimestamps::new(device))?,
-            resident_bytes: words + voxels.texture.map_or(0, crate::VolumeTexture::resident_bytes),
+            resident_bytes: ring.as_ref().map_or(words + texture_bytes, LayerRing::resident_bytes),
             filtering,
+            fallback,
+            ring,
             wgsl: texts.join("\n// ---- next pass ----\n"),
         })
     }
@@ -140,44 +169,49 @@ impl Drawing {
     }
 
     fn record(&self, encoder: &mut wgpu::CommandEncoder, pass: &Runnable, index: usize) {
-        let (timestamps, label, passes) = (self.timestamps.as_ref(), Some("draw"), self.passes.len());
+        let (timestamps, passes) = (self.timestamps.as_ref(), self.passes.len());
         match pass {
             Runnable::Compute(bound, workgroups) => {
                 let timestamp_writes = timestamps.and_then(|t| t.writes(index, passes));
-                let mut pass =
-                    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes });
+                let descriptor = wgpu::ComputePassDescriptor { label: Some("draw"), timestamp_writes };
+                let mut pass = encoder.begin_compute_pass(&descriptor);
                 bound.dispatch(&mut pass, *workgroups);
             }
             Runnable::Raster(bound, view) => {
-                let load = if index == 0 {
-                    wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)
-                } else {
-                    wgpu::LoadOp::Load
-                };
-                let attachment = wgpu::RenderPassColorAttachment {
-                    view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-                };
-                let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                    label,
-                    color_attachments: &[Some(attachment)],
-                    depth_stencil_attachment: None,
-                    timestamp_writes: timestamps.and_then(|t| t.render_writes(index, passes)),
-                    occlusion_query_set: None,
-                    multiview_mask: None,
-                });
+                let writes = timestamps.and_then(|t| t.render_writes(index, passes));
+                let mut pass = blend(encoder, view, index == 0, writes);
                 bound.draw(&mut pass);
+            }
+            // The only pass of its plan: the timestamps are its own.
+            Runnable::Layers(bound, view) => {
+                if let Some(ring) = &self.ring {
+                    bound.record(ring, encoder, view, timestamps);
+                }
             }
         }
     }
 
     /// Bytes of device memory that hold the volume: the codec's buffers, or what stays resident with the texture
-    /// ([`crate::VolumeTexture::resident_bytes`]). Picture, transfer function and view are not counted.
+    /// ([`crate::VolumeTexture::resident_bytes`]), or the ring, the buffer of one layer and the codec's buffers. Picture, transfer function and view are not counted.
     #[must_use]
     pub const fn resident_bytes(&self) -> u64 {
         self.resident_bytes
+    }
+
+    /// Every sample of the frame as it comes through the ring of layers that frames are drawn from: decoded by the same
+    /// pass, copied by the same copies and read from the slots, layer by layer (x fastest, channels interleaved, data
+    /// units); `None` where nothing is drawn from a ring. What the ring holds is gone then; each frame fills it anew.
+    ///
+    /// # Errors
+    /// What the driver refuses; a lost device.
+    pub fn read_layers(&self) -> Result<Option<Vec<f32>>, EngineError> {
+        self.ring.as_ref().map(LayerRing::read_layers).transpose()
+    }
+
+    /// What stands in for a texture format or filter that the device lacks; `None` where voxels lie in no texture.
+    #[must_use]
+    pub const fn fallback(&self) -> Option<TextureFallback> {
+        self.fallback
     }
 
     /// Who interpolates: the texture unit only if a shader really samples through it.
@@ -200,10 +234,26 @@ impl Drawing {
     }
 }
 
+/// The ring that a plan draws from, if it draws layer by layer.
+fn ring_of(device: &Device, plan: &Plan, source: &DrawSource<'_>) -> Result<Option<LayerRing>, EngineError> {
+    match (&plan.passes[..], source) {
+        ([Pass::Layers(pass)], DrawSource::Ring { codec, decoder, frame, level }) => {
+            LayerRing::new(device, (codec, *decoder), (*frame, *level), pass.axis).map(Some)
+        }
+        (passes, _) if passes.iter().any(|pass| matches!(pass, Pass::Layers(_))) => {
+            let text = "a pass that draws layer by layer is the only one of its plan, and draws from a ring of layers";
+            Err(EngineError::Unsupported(text.to_owned()))
+        }
+        _ => Ok(None),
+    }
+}
+
 /// What the passes of a plan draw into.
 fn canvas_of(device: &Device, plan: &Plan) -> Result<Canvas, EngineError> {
     match plan.passes.last() {
-        Some(Pass::Raster(pass)) => Canvas::target(device, plan.size, target_format(device, pass.blending)),
+        Some(Pass::Raster(pass) | Pass::Layers(LayerPass { raster: pass, .. })) => {
+            Canvas::target(device, plan.size, target_format(device, pass.blending))
+        }
         _ => Canvas::buffer(device, plan.size),
     }
 }

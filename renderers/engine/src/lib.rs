@@ -14,6 +14,7 @@ mod dump;
 mod error;
 mod frame_passes;
 mod guard;
+mod layers;
 mod raster;
 mod readback;
 mod slabs;

@@ -1,5 +1,7 @@
 //! Triangles blended into a picture.
 
+use std::ops::Range;
+
 use cvr_core::render::{Blending, ProxyVertex, RasterPass};
 use cvr_core::shader::GeneratedShader;
 
@@ -49,16 +51,46 @@ impl BoundRaster {
         Ok(Self { pipeline, groups: bindings.groups, vertices: vertices.map(|buffer| (buffer, count)) })
     }
 
-    /// Records the triangles.
+    /// Records all triangles.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
-        let Some((buffer, count)) = &self.vertices else { return };
+        let count = self.vertices.as_ref().map_or(0, |(_, count)| *count);
+        self.draw_instance(pass, 0..count, 0);
+    }
+
+    /// Records some of the triangles, as this instance.
+    pub(crate) fn draw_instance(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Range<u32>, instance: u32) {
+        let Some((buffer, _)) = &self.vertices else { return };
         pass.set_pipeline(&self.pipeline);
         for (group, bound) in &self.groups {
             pass.set_bind_group(*group, bound, &[]);
         }
         pass.set_vertex_buffer(0, buffer.slice(..));
-        pass.draw(0..*count, 0..1);
+        pass.draw(vertices, instance..instance + 1);
     }
+}
+
+/// Begins a pass that blends into a picture, or first makes it transparent.
+pub(crate) fn blend<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    view: &wgpu::TextureView,
+    clear: bool,
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+) -> wgpu::RenderPass<'e> {
+    let load = if clear { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+    let attachment = wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+    };
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("draw"),
+        color_attachments: &[Some(attachment)],
+        depth_stencil_attachment: None,
+        timestamp_writes,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
 }
 
 fn pipeline(

@@ -1,8 +1,14 @@
 //! A texture in pieces that fit a buffer: whole slices, or rows of one slice where a slice is too large.
 
+use cvr_core::codec::{DecodedForm, TexelFormat};
 use cvr_core::volume::Extent;
 
 use crate::EngineError;
+
+/// Invocations of one workgroup of shaders/deferred/decode.wgsl, along x.
+pub(crate) const WORKGROUP: u32 = 64;
+/// Bytes of the uniform `slab`.
+pub(crate) const SLAB_UNIFORM_BYTES: u64 = 32;
 
 /// Rows of some slices, next to each other in a texture.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -85,6 +91,24 @@ impl Slabs {
     pub(crate) const fn size(self, slab: Slab) -> wgpu::Extent3d {
         wgpu::Extent3d { width: self.extent.x(), height: slab.rows, depth_or_array_layers: slab.slices }
     }
+}
+
+/// The struct `Slab` of shaders/deferred/decode.wgsl, for rows of this many voxels.
+pub(crate) fn slab_uniform(
+    slab: Slab,
+    slabs: Slabs,
+    form: DecodedForm,
+    row_voxels: u32,
+) -> [u8; SLAB_UNIFORM_BYTES as usize] {
+    let steps = match form.format {
+        TexelFormat::Unorm8 => 255.0,
+        TexelFormat::Unorm16 => 65535.0,
+        TexelFormat::Float16 | TexelFormat::Float32 => 1.0,
+    };
+    let per_unit = (steps / f64::from(form.scale)) as f32;
+    let row_words = slabs.row_bytes() as u32 / 4;
+    let [offset, per_unit] = [form.offset, per_unit].map(f32::to_bits);
+    bytemuck::cast([slab.first_row, slab.first_slice, slab.rows, row_words, offset, per_unit, row_voxels, 0])
 }
 
 #[cfg(test)]

@@ -22,7 +22,18 @@ pub enum DrawSource<'a> {
         /// Resolution and stages.
         level: Level,
     },
-    /// Decoded before, on the CPU.
+    /// Decoded layer by layer in every frame, for plans that draw so ([`cvr_core::render::LayerPass`]).
+    Ring {
+        /// Codec id.
+        codec: &'a str,
+        /// The opened stream.
+        decoder: &'a dyn Decoder,
+        /// Time step.
+        frame: FrameIndex,
+        /// Resolution and stages.
+        level: Level,
+    },
+    /// Decoded before, on the CPU or the device.
     Texture(Arc<VolumeTexture>),
 }
 
@@ -39,7 +50,7 @@ impl DrawSource<'_> {
     #[must_use]
     pub fn layout(&self) -> &VolumeLayout {
         match self {
-            Self::Inline { decoder, .. } => decoder.layout(),
+            Self::Inline { decoder, .. } | Self::Ring { decoder, .. } => decoder.layout(),
             Self::Texture(texture) => texture.layout(),
         }
     }
@@ -58,6 +69,10 @@ impl DrawSource<'_> {
                 let (module, frame, level) = (shader.module(), *frame, *level);
                 let source = Source::Inline { codec, module, resources, frame, level };
                 Ok(Voxels { layout, source, buffers, texture: None })
+            }
+            Self::Ring { .. } => {
+                let text = "a ring of layers is drawn from by plans that decode layer by layer, and this one does not";
+                Err(EngineError::Unsupported(text.to_owned()))
             }
             Self::Texture(texture) => {
                 let choice = texture.choice();

@@ -1,4 +1,4 @@
-//! A decoded frame in a 3-D texture: what the sites *host* and *deferred* draw from.
+//! A decoded frame in a 3-D texture: what the sites *host* and *deferred* draw from; of the site *ring*, four layers.
 
 use std::sync::Arc;
 

@@ -16,6 +16,7 @@ const INFO: RendererInfo = RendererInfo {
     id: "raycasting",
     summary: "rays front to back, early termination; one compute pass",
     settings: &[],
+    layers: None,
 };
 
 /// The renderer `raycasting`.

@@ -5,9 +5,12 @@
 //! eye. A slice stands for the slab around it. What a slice adds along a ray is the opacity of the *piece of that ray*
 //! within its slab, so that the brightness depends neither on the angle nor on the axis of the stack.
 //!
+//! Slices of the geometry *axis* can also be drawn from a ring of four decoded layers, for the site *ring*.
+//!
 //! `shaders/slicing` and [`mirror`] are the same arithmetic in the same order; the mirror sums in single precision.
 //! Slices cannot end a ray early: `early_termination` means nothing to this renderer.
 
+mod layers;
 mod mirror;
 mod plan;
 mod proxies;
@@ -44,6 +47,7 @@ const INFO: RendererInfo = RendererInfo {
             default: "float32",
         },
     ],
+    layers: Some(&[("geometry", "axis")]),
 };
 
 /// Where slices lie.
@@ -106,6 +110,10 @@ impl Renderer for Slicing {
 
     fn plan(&self, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
         plan::plan(self, view, layout)
+    }
+
+    fn plan_layers(&self, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
+        layers::plan(self, view, layout)
     }
 
     fn reference(&self, view: &View, voxels: &dyn Voxels, image: &mut Image) -> Result<(), RenderError> {

@@ -1,6 +1,8 @@
 //! The pass that draws a view.
 
-use cvr_core::render::{Input, Pass, Plan, RasterPass, RenderError, SceneModules, View, uniform_bytes};
+use cvr_core::render::{
+    Input, Pass, Plan, RasterPass, RenderError, SceneModules, Template, View, uniform_bytes,
+};
 use cvr_core::shader::BindingKind;
 use cvr_core::volume::VolumeLayout;
 use cvr_shaders as shaders;
@@ -10,6 +12,17 @@ use crate::slabs::Slabs;
 use crate::{Geometry, OpacityCorrection, Slicing};
 
 pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
+    let (_, pass) = slices(slicing, view, layout, shaders::SLICES_AT_ONCE)?;
+    Ok(Plan { size: view.size, passes: vec![Pass::Raster(pass)] })
+}
+
+/// All slices, with the corners that `proxy` says, and the slabs that they stand for.
+pub fn slices(
+    slicing: &Slicing,
+    view: &View,
+    layout: &VolumeLayout,
+    proxy: Template,
+) -> Result<(Slabs, RasterPass), RenderError> {
     let SceneModules { mut templates, mut inputs } = SceneModules::new(view, layout)?;
     let rays = view.camera.rays(layout, view.size);
     let slabs = Slabs::new(slicing.geometry, view, layout, &rays)?;
@@ -19,6 +32,7 @@ pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Pla
     }
     templates.extend([
         shaders::SLICING,
+        proxy,
         match slabs.geometry {
             Geometry::Planes | Geometry::Axis => shaders::SLABS_FLAT,
             Geometry::Shells => shaders::SLABS_SHELLS,
@@ -37,5 +51,5 @@ pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Pla
         vertices: proxies(&slabs, view, layout, &rays),
         blending: slicing.blending,
     };
-    Ok(Plan { size: view.size, passes: vec![Pass::Raster(pass)] })
+    Ok((slabs, pass))
 }

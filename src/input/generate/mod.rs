@@ -8,6 +8,7 @@ mod advected_blobs;
 mod marschner_lobb;
 mod shepp_logan;
 mod turbulence;
+mod white_noise;
 
 use cvr_core::volume::{DenseVolume, Extent, SampleType, Samples, StoredType};
 use rayon::prelude::*;
@@ -28,11 +29,14 @@ pub enum Generator {
     Turbulence,
     /// Smooth blobs in a vortex, seeded: the one that moves.
     AdvectedBlobs,
+    /// A number of its own for every voxel, seeded: nothing that could be compressed.
+    WhiteNoise,
 }
 
 impl Generator {
     /// All generators, in the order in which help texts list them.
-    pub const ALL: [Self; 4] = [Self::SheppLogan, Self::MarschnerLobb, Self::Turbulence, Self::AdvectedBlobs];
+    pub const ALL: [Self; 5] =
+        [Self::SheppLogan, Self::MarschnerLobb, Self::Turbulence, Self::AdvectedBlobs, Self::WhiteNoise];
 
     /// Name used in TOML and on the command line.
     #[must_use]
@@ -42,6 +46,7 @@ impl Generator {
             Self::MarschnerLobb => "marschner-lobb",
             Self::Turbulence => "turbulence",
             Self::AdvectedBlobs => "advected-blobs",
+            Self::WhiteNoise => "white-noise",
         }
     }
 
@@ -87,8 +92,8 @@ pub fn generate(
     generate_frames(kind, extent, 1, sample, seed)
 }
 
-/// Samples a test signal over so many time steps. Only [`Generator::Turbulence`] and [`Generator::AdvectedBlobs`]
-/// depend on `seed`, and only the latter moves: the frames of the others are equal.
+/// Samples a test signal over so many time steps. [`Generator::Turbulence`], [`Generator::AdvectedBlobs`] and
+/// [`Generator::WhiteNoise`] depend on `seed`, and only the blobs move: the frames of the others are equal.
 ///
 /// The samples are the same on every machine, but for [`Generator::MarschnerLobb`]: it calls the machine's `sin`
 /// and `cos`, whose last bit may differ.
@@ -111,6 +116,7 @@ pub fn generate_frames(
             Generator::MarschnerLobb => Box::new(marschner_lobb::MarschnerLobb::new(extent)),
             Generator::Turbulence => Box::new(turbulence::Turbulence::new(extent, seed)),
             Generator::AdvectedBlobs => Box::new(advected_blobs::AdvectedBlobs::new(extent, seed, frame)),
+            Generator::WhiteNoise => Box::new(white_noise::WhiteNoise::new(seed)),
         }
     };
     let series = Series { extent, frames, moves: kind == Generator::AdvectedBlobs, signal: &signal };

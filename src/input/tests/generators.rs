@@ -42,6 +42,11 @@ fn agree_with_an_independent_implementation() {
             [45_075, 0, 255, 103, 85_329_631],
             [31_600_898, 0, 32_767, 13_136, 4_219_523_914],
         ),
+        (
+            Generator::WhiteNoise,
+            [648_043, 0, 255, 101, 1_653_949_416],
+            [451_550_373, 0, 32_764, 832, 1_888_713_344],
+        ),
     ] {
         let small = generate(kind, extent(13, 17, 23), SampleType::U8, 7).unwrap();
         let large = generate(kind, extent(40, 33, 21), SampleType::I16, 7).unwrap();
@@ -53,7 +58,7 @@ fn agree_with_an_independent_implementation() {
 fn the_seeded_ones_depend_on_the_seed() {
     for kind in Generator::ALL {
         let [a, b] = [7, 8].map(|seed| generate(kind, extent(13, 17, 23), SampleType::U8, seed).unwrap());
-        let is_seeded = matches!(kind, Generator::Turbulence | Generator::AdvectedBlobs);
+        let is_seeded = !matches!(kind, Generator::SheppLogan | Generator::MarschnerLobb);
         assert_eq!(a != b, is_seeded, "{kind}");
     }
     let other = generate(Generator::Turbulence, extent(13, 17, 23), SampleType::U8, 8).unwrap();
@@ -78,7 +83,7 @@ fn blobs_move_as_they_should() {
 #[test]
 fn what_stands_still_repeats_its_frame() {
     let size = extent(5, 4, 3);
-    for kind in [Generator::SheppLogan, Generator::MarschnerLobb, Generator::Turbulence] {
+    for kind in Generator::ALL.into_iter().filter(|kind| *kind != Generator::AdvectedBlobs) {
         let one = generate(kind, size, SampleType::I16, 1).unwrap();
         let three = generate_frames(kind, size, 3, SampleType::I16, 1).unwrap();
         let Samples::I16(one) = one.samples() else { panic!("16 bits") };
@@ -108,7 +113,13 @@ fn every_type_holds_the_same_signal() {
 
 #[test]
 fn thin_and_single_voxel_volumes() {
-    for (kind, value) in Generator::ALL.into_iter().zip([51, 153, 82]) {
+    let values = [
+        (Generator::SheppLogan, 51),
+        (Generator::MarschnerLobb, 153),
+        (Generator::Turbulence, 82),
+        (Generator::WhiteNoise, 44),
+    ];
+    for (kind, value) in values {
         let one = generate(kind, Extent::ONE, SampleType::U8, 7).unwrap();
         assert_eq!(one.samples(), &Samples::U8(vec![value]), "{kind}");
         for thin in [extent(1, 50, 1), extent(50, 1, 1), extent(1, 1, 50)] {

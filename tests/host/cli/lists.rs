@@ -95,6 +95,16 @@ fn a_shader_is_printed_with_the_origin_of_every_part() {
     for pass in [decodes, draws] {
         naga::front::wgsl::parse_str(pass).unwrap();
     }
+    let ring = ["shader", "--site", "ring", "--renderer", "slicing,geometry=axis"];
+    let ring = folder.cvr(&ring).exits(0).stdout;
+    let (decodes, draws) = ring.split_once("// ==== next pass").unwrap();
+    assert!(
+        decodes.contains("fn s3dc_fetch(") && decodes.contains("texels[") && !decodes.contains("slab_cr")
+    );
+    assert!(draws.contains("ring_layers") && draws.contains("fn slice(") && !draws.contains("s3dc"));
+    for pass in [decodes, draws] {
+        naga::front::wgsl::parse_str(pass).unwrap();
+    }
     let lit = folder.cvr(&["shader", "--shading", "--clip-box", "0,0,0:1,1,0.5"]).exits(0).stdout;
     assert!(lit.contains("fn gradient(") && lit.contains("shaders/bounds/clip.wgsl"));
     let slices = folder.cvr(&["shader", "--renderer", "slicing,geometry=axis"]).exits(0).stdout;
@@ -109,6 +119,9 @@ fn a_shader_is_printed_with_the_origin_of_every_part() {
         &["shader", "--codec", "raw", "--filter", "optimised-linear"],
         &["shader", "--site", "host", "--filter", "optimised-linear"],
         &["shader", "--site", "deferred", "--filter", "optimised-linear"],
+        &["shader", "--site", "ring", "--renderer", "slicing,geometry=axis", "--filter", "optimised-linear"],
+        &["shader", "--site", "ring"],
+        &["shader", "--site", "ring", "--renderer", "slicing"],
         &["shader", "--zoom", "0"],
         &["shader", "--transfer-function", "tisue"],
     ] {

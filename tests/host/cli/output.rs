@@ -111,6 +111,9 @@ fn what_cannot_be_drawn_is_refused_on_the_mirror_too() {
     folder.cvr(&["encode", "v.nrrd", "v.cvr", "--codec", "s3dc"]).exits(0);
     draw(&["--filter", "optimised-linear", "--site", "host"]).refused();
     draw(&["--filter", "optimised-linear", "--site", "deferred"]).refused();
+    let rays = draw(&["--site", "ring"]).refused();
+    assert!(rays.contains("renderers that do: slicing,geometry=axis"), "{rays}");
+    draw(&["--site", "ring", "--renderer", "slicing,geometry=shells"]).refused();
     assert!(!folder.path("v.png").exists());
     draw(&["--filter", "optimised-linear"]).exits(0);
 }

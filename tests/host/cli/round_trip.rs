@@ -95,6 +95,10 @@ fn a_container_draws_what_its_volume_draws() {
     assert_eq!(original, draw("v.cvr", "b.png", &[]));
     assert_eq!(original, draw("v.cvr", "c.png", &["--site", "host"]));
     assert_eq!(original, draw("v.cvr", "c.png", &["--site", "deferred"]));
+    let slices = ["--renderer", "slicing,geometry=axis", "--site"];
+    let [deferred, ring] =
+        ["deferred", "ring"].map(|site| draw("v.cvr", "e.png", &[&slices[..], &[site]].concat()));
+    assert_eq!(deferred, ring, "the mirror has no ring: it draws from the whole frame");
     for other in [&["--azimuth", "-60"][..], &["--filter", "nearest"], &["--orthographic"], &["--zoom", "2"]]
     {
         assert_ne!(original, draw("v.cvr", "d.png", other), "{other:?} changes nothing");

@@ -8,6 +8,9 @@ pub(super) const fn site(site: Site) -> &'static str {
     match site {
         Site::Inline => "in the shader, at every fetch",
         Site::Deferred => "on the device, a whole frame at once, into a texture",
+        Site::Ring => {
+            "on the device, layer by layer in every frame, into a ring of four: of renderer slicing with geometry axis"
+        }
         Site::Host => "on the CPU, into a texture",
     }
 }

@@ -111,7 +111,7 @@ pub(super) fn known(codecs: &Registry) -> Known<'_> {
     Known { codecs, renderers: &[&RAYCASTING, &SLICING], generators: &["shepp-logan", "marschner-lobb"] }
 }
 
-const RAYCASTING: RendererInfo = RendererInfo { id: "raycasting", summary: "", settings: &[] };
+const RAYCASTING: RendererInfo = RendererInfo { id: "raycasting", summary: "", settings: &[], layers: None };
 
 const SLICING: RendererInfo = RendererInfo {
     id: "slicing",
@@ -130,6 +130,7 @@ const SLICING: RendererInfo = RendererInfo {
             default: "1",
         },
     ],
+    layers: Some(&[("geometry", "axis")]),
 };
 
 /// Reads a configuration with overrides; the error is the text that a user would see. The schema for editors is held to

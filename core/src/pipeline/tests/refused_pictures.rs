@@ -29,7 +29,7 @@ fn pipelines() {
     18 │ site = "remote"
        │        ^^^^^^^^ unknown site
        │
-       = known sites: inline, deferred, host
+       = known sites: inline, deferred, ring, host
 
     error: no renderer is called `raycast`
        ┌─ x.toml:17:13

@@ -131,6 +131,39 @@ fn deferred_comes_with_inline_and_never_calls_fetch_cell() {
 }
 
 #[test]
+fn a_ring_comes_with_inline_and_with_renderers_that_draw_layer_by_layer() {
+    let text = edited("id = \"raw\"", "id = \"raw\"\n[[codec]]\nid = \"tape\"");
+    let set = [
+        "codec.s3dc.block=4",
+        "codec.s3dc.index_bits=4",
+        "pipeline.site=ring",
+        "pipeline.renderer=[\"raycasting\", \"slicing\"]",
+        "pipeline.geometry=[\"axis\", \"shells\"]",
+        "pipeline.filter=[\"linear\", \"optimised-linear\"]",
+    ];
+    let resolution = resolved(&text, &set, &Capabilities::default());
+    insta::assert_snapshot!(ids(&resolution), @r#"
+    bonsai-raw-bits=native-front-slicing,geometry=axis-ring-linear
+    bonsai-s3dc-block=4,index_bits=4-front-slicing,geometry=axis-ring-linear
+    "#);
+    let of_raw = |line: &&str| line.contains("-raw-") || line.contains("-tape-");
+    let reasons = reasons(&resolution);
+    insta::assert_snapshot!(reasons.lines().filter(of_raw).collect::<Vec<_>>().join("\n"), @r#"
+    bonsai-raw-bits=native-front-raycasting-ring-linear: site ring: renderer raycasting does not draw layer by layer; renderers that do: slicing,geometry=axis
+    bonsai-raw-bits=native-front-raycasting-ring-optimised-linear: filter optimised-linear: site ring filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
+    bonsai-raw-bits=native-front-slicing,geometry=axis-ring-optimised-linear: filter optimised-linear: site ring filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
+    bonsai-raw-bits=native-front-slicing,geometry=shells-ring-linear: site ring: renderer slicing,geometry=shells does not draw layer by layer; renderers that do: slicing,geometry=axis
+    bonsai-raw-bits=native-front-slicing,geometry=shells-ring-optimised-linear: filter optimised-linear: site ring filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
+    bonsai-tape-front-raycasting-ring-linear: codec tape cannot be decoded at site ring; it offers: host
+    bonsai-tape-front-raycasting-ring-optimised-linear: codec tape cannot be decoded at site ring; it offers: host
+    bonsai-tape-front-slicing,geometry=axis-ring-linear: codec tape cannot be decoded at site ring; it offers: host
+    bonsai-tape-front-slicing,geometry=axis-ring-optimised-linear: codec tape cannot be decoded at site ring; it offers: host
+    bonsai-tape-front-slicing,geometry=shells-ring-linear: codec tape cannot be decoded at site ring; it offers: host
+    bonsai-tape-front-slicing,geometry=shells-ring-optimised-linear: codec tape cannot be decoded at site ring; it offers: host
+    "#);
+}
+
+#[test]
 fn stages_are_an_axis_of_codecs_that_have_them() {
     let set = ["pipeline.stages=[\"all\", 1, 3, 4]", "pipeline.site=host", "pipeline.filter=linear"];
     let resolution =

@@ -4,7 +4,7 @@ use super::*;
 use crate::codec::{Constant, ConstantValue, Resource, ScratchUse, TexelFormat, WgslModule};
 use crate::render::Filter;
 use crate::shader::{Binding, GeneratedShader, Request, generate, generate_decode};
-use crate::volume::{Extent, SampleType};
+use crate::volume::{Axis, Extent, SampleType};
 
 /// Adds the data, and turns every 64 words round.
 const TURN: &str = "\
@@ -100,7 +100,7 @@ fn the_packing_pass_reads_the_result() {
     for (channels, format) in [(1, TexelFormat::Unorm8), (3, TexelFormat::Float32)] {
         let layout = layout(channels);
         let (_, source) = generate_passes("toy", &passes(TURN), &layout, KEY, limits(1000)).unwrap();
-        let pack = generate_decode(&source, &layout, format, limits(1000)).unwrap();
+        let pack = generate_decode(&source, &layout, (format, Axis::Z), limits(1000)).unwrap();
         assert!(!pack.wgsl.contains("toy"), "the packing pass knows no codec");
         let scratch = pack.bindings.iter().filter(|b| matches!(b.kind, BindingKind::Scratch { .. }));
         let first = |b: &Binding| match b.kind {

@@ -1,6 +1,6 @@
 //! Every form of texel, cut into slabs or whole.
 
-use cvr_core::codec::{Agreement, DecodeError, DecodedForm, Resource, ShaderDecode, WgslModule};
+use cvr_core::codec::{Agreement, DecodeError, DecodedForm, Resource, ShaderDecode, TexelFormat, WgslModule};
 use cvr_core::shader::BindingLimits;
 use cvr_core::volume::{BrickKey, ReferenceFrames, VolumeLayout};
 

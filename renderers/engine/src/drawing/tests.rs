@@ -1,8 +1,8 @@
 use std::sync::Arc;
 
 use cvr_core::codec::Decoder;
-use cvr_core::render::{ComputePass, Input, Template};
-use cvr_core::volume::{FrameIndex, Level};
+use cvr_core::render::{ComputePass, Input, LayerStep, ProxyVertex, RasterPass, Template};
+use cvr_core::volume::{Axis, FrameIndex, Level};
 
 use super::*;
 use crate::VolumeTexture;
@@ -84,6 +84,95 @@ fn all_sources_and_filters_paint_the_same_slice() {
         assert_eq!(drawing.filtering() == TextureSampling::Hardware, hardware);
         drawing.draw_timed().unwrap();
         expect(&toy, slices, &drawing.read_image().unwrap(), tolerance);
+    }
+}
+
+/// Shows cell 1 of a stack, between its layers 1 and 2, one pixel per voxel of a layer.
+const CELL: Template = Template {
+    file: "shaders/cell.wgsl",
+    source: "\
+struct Corner { @builtin(position) position: vec4<f32>, @location(0) @interpolate(flat) cell: u32 }
+@vertex
+fn corner(
+    @location(0) position: vec2<f32>,
+    @location(1) slice: u32,
+    @builtin(instance_index) instance: u32,
+) -> Corner {
+    return Corner(vec4<f32>(position, 0.0, 1.0), instance);
+}
+@fragment
+fn show(corner: Corner) -> @location(0) vec4<f32> {
+    let x = vec3<f32>(corner.position.xy, f32(corner.cell));
+    let value = volume_sample(back(x));
+    let next = volume_sample(back(x + vec3<f32>(0.0, 0.0, 1.0)));
+    return vec4<f32>(value, next, layered(back(x)).z, 1.0);
+}
+",
+};
+
+const BACK: [Template; 3] = [
+    Template { file: "x.wgsl", source: "fn back(p: vec3<f32>) -> vec3<f32> { return p.zxy; }" },
+    Template { file: "y.wgsl", source: "fn back(p: vec3<f32>) -> vec3<f32> { return p.xzy; }" },
+    Template { file: "z.wgsl", source: "fn back(p: vec3<f32>) -> vec3<f32> { return p; }" },
+];
+
+/// A ring of layers under the texture unit and under the shader: layers 4 and 5 have gone around.
+#[test]
+fn a_ring_holds_its_layers_whoever_filters() {
+    let Some(device) = test_device("drawing::ring") else { return };
+    let toy = Toy::new([9, 8, 7], 1);
+    let values = toy.values();
+    for axis in Axis::ALL {
+        let [width, height, layers] = axis.layered(toy.layout.extent.to_array());
+        let corner = |x, y| ProxyVertex { position: [x, y], slice: 0 };
+        let raster = RasterPass {
+            templates: vec![CELL, BACK[axis.index()]],
+            vertex: "corner",
+            fragment: "show",
+            inputs: Vec::new(),
+            vertices: vec![corner(-1.0, -1.0), corner(3.0, -1.0), corner(-1.0, 3.0)],
+            blending: Blending::Float32,
+        };
+        let place = |layer| [LayerStep::Decode(layer), LayerStep::Place(layer % 4)];
+        let draw = |between| LayerStep::Draw { between, vertices: 0..3 };
+        let steps =
+            [[0, 1, 2, 3].map(place).concat(), vec![draw(0)], [4, 5].map(place).concat(), vec![draw(3)]];
+        let pass = LayerPass { raster, axis, steps: steps.concat() };
+        let plan = Plan { size: [width, height], passes: vec![Pass::Layers(pass)] };
+        let source =
+            DrawSource::Ring { codec: "toy", decoder: &toy, frame: FrameIndex::FIRST, level: Level::FULL };
+        for (filter, manual) in [
+            (Filter::Nearest, true),
+            (Filter::Linear, true),
+            (Filter::Linear, false),
+            (Filter::Nearest, false),
+        ] {
+            let mut ring = ring_of(device, &plan, &source).unwrap().unwrap();
+            if manual {
+                ring = ring.with_manual_sampling();
+            }
+            let drawing = Drawing::from_ring(device, &plan, &source, filter, Some(ring)).unwrap();
+            let hardware = !manual && filter == Filter::Linear;
+            assert_eq!(drawing.filtering() == TextureSampling::Hardware, hardware);
+            drawing.draw_timed().unwrap();
+            let image = drawing.read_image().unwrap();
+            let at = |i: usize, layer: u32| {
+                let p = axis.unlayered([i as u32 % width, i as u32 / width, layer]);
+                values[toy.layout.extent.index(p)]
+            };
+            // The second piece lies over the first: instance 4 is where layers 3 and 4 meet.
+            for (i, pixel) in image.pixels().iter().enumerate() {
+                let mean = |a, b| (at(i, a) + at(i, b)) / 2.0;
+                let expected =
+                    if filter == Filter::Nearest { [at(i, 4), at(i, 5)] } else { [mean(3, 4), mean(4, 5)] };
+                let tolerance = if hardware { 65535.0 / 255.0 } else { 0.01 };
+                for (got, want) in pixel.iter().zip(expected) {
+                    assert!((got - want).abs() <= tolerance, "{axis:?} {filter} pixel {i}: {got} for {want}");
+                }
+                assert_eq!(pixel[2], 4.0);
+            }
+            assert_eq!(drawing.read_layers().unwrap().unwrap(), values, "{axis:?} of {layers} layers");
+        }
     }
 }
 

@@ -1,0 +1,215 @@
+//! The site *ring*: in every frame the device decodes layers of voxels into a ring of four, and draws slices from them.
+
+use cvr_core::codec::Decoder;
+use cvr_core::render::{LayerPass, LayerStep, RING_LAYERS};
+use cvr_core::shader::{DeferredShaders, Source, voxels_per_invocation};
+use cvr_core::volume::{Axis, Extent, FrameIndex, Level, VolumeLayout};
+
+use crate::bindings::{Bound, Parts, Supplies};
+use crate::drawing::check_workgroups;
+use crate::raster::{BoundRaster, blend};
+use crate::slabs::{SLAB_UNIFORM_BYTES, Slab, Slabs, WORKGROUP, slab_uniform};
+use crate::source::Voxels;
+use crate::texels::texture_channels;
+use crate::timestamps::FrameTimestamps;
+use crate::{Device, EngineError, VolumeTexture};
+
+/// A ring of layers and what fills it: the pass that runs the codec's snippet, a buffer of one layer that it writes, and
+/// a small texture whose slices are the slots.
+#[derive(Debug)]
+pub(crate) struct LayerRing {
+    device: Device,
+    layout: VolumeLayout,
+    axis: Axis,
+    /// The slots. Its third axis is the stack's, whichever that is: a layer is a slice, and copied as a whole.
+    ring: VolumeTexture,
+    decode: Bound,
+    workgroups: [u32; 3],
+    /// The uniform of every layer, one after another, and the one that the pass reads.
+    uniforms: wgpu::Buffer,
+    uniform: wgpu::Buffer,
+    texels: wgpu::Buffer,
+    slabs: Slabs,
+    /// Bytes of the codec's buffers.
+    stream_bytes: u64,
+    wgsl: String,
+}
+
+impl LayerRing {
+    /// Generates and compiles the pass, uploads what it reads, and makes the ring, which is empty. Form and fallbacks are
+    /// those of the site *deferred*; the volume may be longer along the stack than a texture is.
+    pub(crate) fn new(
+        device: &Device,
+        (codec, decoder): (&str, &dyn Decoder),
+        (frame, level): (FrameIndex, Level),
+        axis: Axis,
+    ) -> Result<Self, EngineError> {
+        let layout = decoder.layout().clone();
+        let [width, height, layers] = axis.layered(layout.extent.to_array());
+        let ring = VolumeLayout { extent: extent([width, height, RING_LAYERS])?, ..layout.clone() };
+        let choice = device.capabilities().texture(decoder.decoded_form(), ring.extent)?;
+        let limits = device.binding_limits();
+        let texel_bytes = texture_channels(layout.channels) * choice.form.format.bytes();
+        let most_bytes = limits.storage_words * 4;
+        let slabs = Slabs::new(extent([width, height, 1])?, texel_bytes, most_bytes)?;
+        let slab = Slab { first_row: 0, first_slice: 0, rows: height, slices: 1 };
+        if slabs.bytes(slab) > most_bytes {
+            let what = format!("a layer of {width}×{height} voxels");
+            let (requested, limit, unit) = (slabs.bytes(slab), most_bytes, "bytes in one buffer");
+            return Err(EngineError::TooLarge { what, requested, limit, unit });
+        }
+        let form = (choice.form.format, axis);
+        let shaders = DeferredShaders::generate_layers(codec, decoder, (frame, level), form, limits)?;
+        let ring = VolumeTexture::empty(device, &ring, choice)?;
+
+        let voxels = voxels_per_invocation(choice.form.format, layout.channels);
+        let workgroups = [width.div_ceil(voxels * WORKGROUP), height, 1];
+        check_workgroups(device, "decoding a layer", workgroups)?;
+        let of_layer = |first_slice| slab_uniform(Slab { first_slice, ..slab }, slabs, choice.form, width);
+        let table: Vec<u8> = (0..layers).flat_map(of_layer).collect();
+        let (uniforms, uniform, texels) = device.guarded("preparing to decode layers", || {
+            let uniforms = device.filled_buffer("slabs", wgpu::BufferUsages::COPY_SRC, &table)?;
+            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+            let uniform = device.empty_buffer("slab", usage, SLAB_UNIFORM_BYTES)?;
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+            Ok((uniforms, uniform, device.empty_buffer("texels", usage, slabs.bytes(slab))?))
+        })?;
+        let supplies = Supplies {
+            slab: Some(&uniform),
+            output: Some(&texels),
+            buffers: &shaders.resources,
+            ..Supplies::default()
+        };
+        let mut parts = Parts::new();
+        let decode = Bound::new(device, &shaders.pack, &supplies, &mut parts)?;
+        Ok(Self {
+            device: device.clone(),
+            layout,
+            axis,
+            ring,
+            decode,
+            workgroups,
+            uniforms,
+            uniform,
+            texels,
+            slabs,
+            stream_bytes: parts.values().map(wgpu::Buffer::size).sum(),
+            wgsl: shaders.pack.wgsl,
+        })
+    }
+
+    /// The same ring, to be filtered by the shader even where the texture unit could.
+    #[cfg(test)]
+    pub(crate) fn with_manual_sampling(self) -> Self {
+        Self { ring: self.ring.with_manual_sampling(), ..self }
+    }
+
+    /// The ring as a source of voxels.
+    pub(crate) fn voxels(&self) -> Voxels<'_> {
+        let choice = self.ring.choice();
+        let source = Source::Ring { form: choice.form, sampling: choice.sampling, axis: self.axis };
+        Voxels { layout: &self.layout, source, buffers: Vec::new(), texture: Some(&self.ring) }
+    }
+
+    /// Bytes that hold the volume while frames are drawn: ring, buffer of one layer, and the codec's buffers.
+    pub(crate) fn resident_bytes(&self) -> u64 {
+        self.ring.bytes() + self.texels.size() + self.stream_bytes
+    }
+
+    /// The pass that decodes.
+    pub(crate) fn wgsl(&self) -> &str {
+        &self.wgsl
+    }
+
+    /// Records that a layer is decoded into the buffer.
+    fn decode(&self, encoder: &mut wgpu::CommandEncoder, layer: u32) {
+        let at = u64::from(layer) * SLAB_UNIFORM_BYTES;
+        encoder.copy_buffer_to_buffer(&self.uniforms, at, &self.uniform, 0, SLAB_UNIFORM_BYTES);
+        let descriptor = wgpu::ComputePassDescriptor { label: Some("decode"), timestamp_writes: None };
+        self.decode.dispatch(&mut encoder.begin_compute_pass(&descriptor), self.workgroups);
+    }
+
+    /// Records that the layer in the buffer is copied into a slot.
+    fn place(&self, encoder: &mut wgpu::CommandEncoder, slot: u32) {
+        let [_, rows, _] = self.axis.layered(self.layout.extent.to_array());
+        let slab = Slab { first_row: 0, first_slice: 0, rows, slices: 1 };
+        let source =
+            wgpu::TexelCopyBufferInfo { buffer: &self.texels, layout: self.slabs.buffer_layout(slab) };
+        encoder.copy_buffer_to_texture(source, self.ring.place(0, slot), self.slabs.size(slab));
+    }
+
+    /// Every sample of the frame, decoded layer by layer and read from the slot of its layer, in the order of a frame.
+    pub(crate) fn read_layers(&self) -> Result<Vec<f32>, EngineError> {
+        let [width, height, layers] = self.axis.layered(self.layout.extent.to_array());
+        let channels = self.layout.channels as usize;
+        let mut all = vec![0.0; self.layout.samples_per_frame() as usize];
+        for first in (0..layers).step_by(RING_LAYERS as usize) {
+            let turn = first..layers.min(first + RING_LAYERS);
+            self.device.guarded("decoding layers", || {
+                let mut encoder =
+                    self.device.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                for layer in turn.clone() {
+                    self.decode(&mut encoder, layer);
+                    self.place(&mut encoder, layer % RING_LAYERS);
+                }
+                self.device.queue().submit([encoder.finish()]);
+                Ok(())
+            })?;
+            let slots = self.ring.read(&self.device)?;
+            let mut voxels = slots.chunks_exact(channels);
+            for layer in turn {
+                for (row, along) in (0..height).flat_map(|row| (0..width).map(move |along| (row, along))) {
+                    let at = self.layout.extent.index(self.axis.unlayered([along, row, layer])) * channels;
+                    let voxel = voxels.next().unwrap_or_default();
+                    all[at..at + voxel.len()].copy_from_slice(voxel);
+                }
+            }
+        }
+        Ok(all)
+    }
+}
+
+fn extent(size: [u32; 3]) -> Result<Extent, EngineError> {
+    Extent::try_from(size).map_err(|e| EngineError::Unsupported(format!("a ring of layers: {e}")))
+}
+
+/// A pass that draws layer by layer, made runnable.
+#[derive(Debug)]
+pub(crate) struct BoundLayers {
+    raster: BoundRaster,
+    steps: Vec<LayerStep>,
+    /// Clearing the picture, and every piece that is drawn.
+    passes: usize,
+}
+
+impl BoundLayers {
+    pub(crate) fn new(raster: BoundRaster, pass: &LayerPass) -> Self {
+        let steps = pass.steps.clone();
+        let draws = steps.iter().filter(|step| matches!(step, LayerStep::Draw { .. })).count();
+        Self { raster, steps, passes: draws + 1 }
+    }
+
+    /// Records the whole pass into a picture that it clears first. What is decoded lies between its timestamps.
+    pub(crate) fn record(
+        &self,
+        ring: &LayerRing,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &wgpu::TextureView,
+        timestamps: Option<&FrameTimestamps>,
+    ) {
+        let writes = |pass| timestamps.and_then(|t| t.render_writes(pass, self.passes));
+        drop(blend(encoder, view, true, writes(0)));
+        let mut drawn = 0;
+        for step in &self.steps {
+            match step {
+                LayerStep::Decode(layer) => ring.decode(encoder, *layer),
+                LayerStep::Place(slot) => ring.place(encoder, *slot),
+                LayerStep::Draw { between, vertices } => {
+                    drawn += 1;
+                    let mut pass = blend(encoder, view, false, writes(drawn));
+                    self.raster.draw_instance(&mut pass, vertices.clone(), (between + 1).unsigned_abs());
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The pass that draws a view from a ring of four decoded layers: deferred filtering after Fout and Ma (2007, section
+//! 5), a stack along the volume's main axis that is decoded as far as the slices have come.
+//!
+//! Samples are grouped by the *cell* that they lie in, between the centres of two neighbouring layers, and cells follow
+//! each other as slices do: no ray meets them in another order. A slab that reaches over several cells is drawn with each
+//! of them, and the shader takes each of its samples where the sample's own cell comes, so that any step is possible.
+
+use std::ops::Range;
+
+use cvr_core::render::{
+    LayerPass, LayerStep, Macrocells, Pass, Plan, ProxyVertex, RING_LAYERS, RenderError, View,
+};
+use cvr_core::volume::{Axis, VolumeLayout};
+use cvr_shaders as shaders;
+
+use crate::plan::slices;
+use crate::slabs::Slabs;
+use crate::{Geometry, Slicing};
+
+/// Cells count as this much larger at either end when what reaches into them is looked for, in voxels: far more than the
+/// rounding of a sample's place in single precision.
+const MARGIN: f32 = 0.0625;
+
+pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
+    if slicing.geometry != Geometry::Axis {
+        return Err(RenderError::Unsupported(
+            "renderer slicing draws layer by layer only where its slices lie across an axis of the volume; use \
+             geometry axis"
+                .to_owned(),
+        ));
+    }
+    let (slabs, raster) = slices(slicing, view, layout, shaders::SLICES_BY_LAYERS)?;
+    let stack = Stack::new(&slabs, view, layout);
+    let steps = stack.steps(&slabs, &raster.vertices);
+    Ok(Plan { size: view.size, passes: vec![Pass::Layers(LayerPass { raster, axis: stack.axis, steps })] })
+}
+
+/// The layers of a volume along the axis of a stack of slices, and what a view reads of them.
+struct Stack {
+    axis: Axis,
+    layers: i32,
+    /// The cells that hold samples: −1 is the half voxel below the first layer's centre, and the last layer's number that
+    /// above its centre.
+    cells: Range<i32>,
+    /// Layers beside its own two that a sample in a cell reads.
+    reach: i32,
+    /// Whether anything shows in the macrocells of a row along the axis; `None` where nothing is skipped.
+    shows: Option<Vec<bool>>,
+}
+
+impl Stack {
+    fn new(slabs: &Slabs, view: &View, layout: &VolumeLayout) -> Self {
+        let axis = Axis::ALL.into_iter().find(|axis| slabs.normal[axis.index()] != 0.0).unwrap_or(Axis::Z);
+        let a = axis.index();
+        let layers = layout.extent.to_array()[a] as i32;
+        let [low, high] = view.bounds(layout.extent).map(|corner| corner[a]);
+        let first = ((low - MARGIN - 0.5).floor() as i32).max(-1);
+        let last = ((high + MARGIN - 0.5).floor() as i32).min(layers - 1);
+        let shows = view.skippable(layout).map(|macrocells| rows_that_show(macrocells, a));
+        Self { axis, layers, cells: first..last + 1, reach: i32::from(view.shading.is_some()), shows }
+    }
+
+    /// What is decoded and drawn, the farthest cell first.
+    fn steps(&self, slabs: &Slabs, vertices: &[ProxyVertex]) -> Vec<LayerStep> {
+        let along = slabs.normal[self.axis.index()];
+        let farthest_first = |range: Range<i32>| {
+            let mut numbers: Vec<i32> = range.collect();
+            if along > 0.0 {
+                numbers.reverse();
+            }
+            numbers
+        };
+        let mut filling = Filling::default();
+        for cell in farthest_first(self.cells.clone()) {
+            let vertices = of_cell(slabs, vertices, along, cell);
+            if !vertices.is_empty() && self.may_show(cell) {
+                let read = cell - self.reach..cell + 2 + self.reach;
+                farthest_first(read).into_iter().for_each(|number| filling.hold(number, self.layers));
+                filling.steps.push(LayerStep::Draw { between: cell, vertices });
+            }
+        }
+        filling.steps
+    }
+
+    /// Whether a macrocell that samples of a cell lie in shows anything.
+    fn may_show(&self, cell: i32) -> bool {
+        let Some(rows) = &self.shows else { return true };
+        let row = |x: f32| ((x / Macrocells::EDGE as f32).floor().max(0.0) as usize).min(rows.len() - 1);
+        let low = cell as f32 + 0.5;
+        rows[row(low - MARGIN)..=row(low + 1.0 + MARGIN)].contains(&true)
+    }
+}
+
+fn rows_that_show(macrocells: &Macrocells, axis: usize) -> Vec<bool> {
+    let grid = macrocells.grid();
+    let mut rows = vec![false; grid.to_array()[axis] as usize];
+    for at in (0..grid.voxels() as usize).map(|i| grid.position(i)) {
+        rows[at[axis] as usize] |= macrocells.shows(at);
+    }
+    rows
+}
+
+/// The vertices of the slabs that reach into a cell. Slabs are counted along the stack's direction, `along` times an axis
+/// of the volume; vertices begin with the last of them.
+fn of_cell(slabs: &Slabs, vertices: &[ProxyVertex], along: f32, cell: i32) -> Range<u32> {
+    let at = |x: f32| (along * x - slabs.first) / slabs.thickness;
+    let (a, b) = (at(cell as f32 + 0.5 - MARGIN), at(cell as f32 + 1.5 + MARGIN));
+    let (begin, end) = (a.min(b).floor(), a.max(b).floor());
+    let before = |slice: f32| vertices.partition_point(|vertex| vertex.slice as f32 > slice) as u32;
+    before(end)..before(begin - 1.0)
+}
+
+/// Steps so far, and what they leave in the ring and in the buffer of one layer.
+#[derive(Default)]
+struct Filling {
+    steps: Vec<LayerStep>,
+    slots: [Option<u32>; RING_LAYERS as usize],
+    decoded: Option<u32>,
+}
+
+impl Filling {
+    /// Sees to it that a layer is in its slot; beyond the border it is the outermost one. Asked for in the order of cells,
+    /// that one is still in the buffer when it is placed again.
+    fn hold(&mut self, number: i32, layers: i32) {
+        let layer = number.clamp(0, layers - 1) as u32;
+        let slot = number.rem_euclid(RING_LAYERS as i32) as u32;
+        if self.slots[slot as usize] == Some(layer) {
+            return;
+        }
+        if self.decoded != Some(layer) {
+            self.steps.push(LayerStep::Decode(layer));
+            self.decoded = Some(layer);
+        }
+        self.steps.push(LayerStep::Place(slot));
+        self.slots[slot as usize] = Some(layer);
+    }
+}
+
+#[cfg(test)]
+mod tests;
