@@ -44,17 +44,17 @@ impl Frame<'_> {
         self.geometry.quantiser.value(sum.clamp(0, TOP) as u32)
     }
 
-    /// The number of `width` bits, at most 16, that begins at `bit` of the indices.
+    /// The number of `width` bits, at most 16, that begins at bit `bit` from word `first` of the indices on.
     ///
     /// # Panics
     /// When it lies outside.
     #[must_use]
     #[inline]
-    pub fn number(&self, bit: u64, width: u32) -> u32 {
+    pub fn number(&self, first: u32, bit: u64, width: u32) -> u32 {
         if width == 0 {
             return 0;
         }
-        let (word, shift) = ((bit >> 5) as usize, (bit & 31) as u32);
+        let (word, shift) = (first as usize + (bit >> 5) as usize, (bit & 31) as u32);
         let mut number = self.index[word] >> shift;
         if shift + width > 32 {
             number |= self.index[word + 1] << (32 - shift);
@@ -123,17 +123,17 @@ impl Frame<'_> {
         let (first, size) = g.sub_volume([0, 1, 2].map(|a| block[a] / g.sub_blocks[a]));
         let n = number([0, 1, 2].map(|a| block[a] - first[a]), size) as u64;
         let count = size.map(u64::from).iter().product::<u64>();
-        let mut bit = (u64::from(word(3)) + u64::from(channel) * u64::from(word(4))) << 5;
+        let start = word(3) + channel * word(4);
         let width = word(1);
-        let mean = self.mean(table, word(2) + self.number(bit + n * u64::from(width), width));
+        let mean = self.mean(table, word(2) + self.number(start, n * u64::from(width), width));
         let mut terms = Terms { mean, codes: [(0, 0); MOST_BOOKS as usize], count: 0 };
-        bit += count * u64::from(width);
+        let mut bit = count * u64::from(width);
         for b in 0..g.books {
             let book = table + TABLE_HEAD + BOOK_WORDS * b;
             let form = self.tables[book as usize + 2];
             let width = Self::width(form);
             if self.shown(form) {
-                terms.push(book, self.number(bit + n * u64::from(width), width));
+                terms.push(book, self.number(start, bit + n * u64::from(width), width));
             }
             bit += count * u64::from(width);
         }
@@ -166,24 +166,24 @@ impl Frame<'_> {
         let (first, size) = g.brick(brick);
         let n = number([0, 1, 2].map(|a| block[a] - first[a]), size) as u32;
         let place = channel as usize * g.bricks.voxels() as usize + number(brick, g.bricks.to_array());
-        let head = &self.heads[place * g.head_words() as usize..];
-        let means = head[1];
-        let mut bit = u64::from(head[0]);
-        let code = (means & 0xffff) + self.number(bit + u64::from(n * (means >> 16)), means >> 16);
-        let mut terms =
-            Terms { mean: self.mean(table, code), codes: [(0, 0); MOST_BOOKS as usize], count: 0 };
+        let (mut start, form) = (self.heads[2 * place], self.heads[2 * place + 1]);
         let (mut before, mut count) = (0, 0);
-        for j in 0..g.planes as usize {
-            let (low, high) = (head[2 + 2 * j], head[3 + 2 * j]);
+        for j in 0..form >> 24 {
+            let (low, high) = (self.index[start as usize], self.index[start as usize + 1]);
             before += Self::below(low, high, n) << j;
             count += Self::bit(low, high, n) << j;
+            start += 2;
         }
+        let mean_width = (form >> 16) & 31;
+        let code = (form & 0xffff) + self.number(start, u64::from(n * mean_width), mean_width);
+        let mut terms =
+            Terms { mean: self.mean(table, code), codes: [(0, 0); MOST_BOOKS as usize], count: 0 };
         let width = self.tables[table as usize + 1];
-        bit += u64::from(size.iter().product::<u32>() * (means >> 16) + before * width);
+        let bit = size.iter().product::<u32>() * mean_width + before * width;
         for b in 0..count {
             let book = table + TABLE_HEAD + BOOK_WORDS * b;
             if self.shown(self.tables[book as usize + 2]) {
-                terms.push(book, self.number(bit + u64::from(b * width), width));
+                terms.push(book, self.number(start, u64::from(bit + b * width), width));
             }
         }
         terms

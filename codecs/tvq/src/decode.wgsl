@@ -1,18 +1,18 @@
 // One voxel out of a mean and sums of codewords: the twin of decode.rs, function for function.
 //
 // Constants: tvq_grid, tvq_sub_blocks, tvq_sub_grid, tvq_bricks (vec3<u32>), tvq_channels, tvq_variable, tvq_books,
-// tvq_planes, tvq_table_words, tvq_entry_bits, tvq_lanes_log2, tvq_offset, tvq_unit.
+// tvq_table_words, tvq_entry_bits, tvq_lanes_log2, tvq_offset, tvq_unit.
 // Resources: tvq_tables, tvq_codebook, tvq_index, tvq_heads.
 
 fn tvq_value(sum: i32) -> f32 {
     return tvq_offset + tvq_unit * f32(clamp(sum, 0, 65535));
 }
 
-fn tvq_number(bit: u32, width: u32) -> u32 {
+fn tvq_number(first: u32, bit: u32, width: u32) -> u32 {
     if width == 0u {
         return 0u;
     }
-    let word = bit >> 5u;
+    let word = first + (bit >> 5u);
     let shift = bit & 31u;
     var number = tvq_index(word) >> shift;
     if shift + width > 32u {
@@ -57,16 +57,16 @@ fn tvq_fixed(block: vec3<u32>, channel: u32, place: u32) -> i32 {
     let size = min(tvq_sub_blocks, tvq_grid - first);
     let n = tvq_numbered(block - first, size);
     let count = size.x * size.y * size.z;
-    var bit = (tvq_tables(table + 3u) + channel * tvq_tables(table + 4u)) << 5u;
+    let start = tvq_tables(table + 3u) + channel * tvq_tables(table + 4u);
     let width = tvq_tables(table + 1u);
-    var sum = tvq_mean(table, tvq_tables(table + 2u) + tvq_number(bit + n * width, width));
-    bit += count * width;
+    var sum = tvq_mean(table, tvq_tables(table + 2u) + tvq_number(start, n * width, width));
+    var bit = count * width;
     for (var b = 0u; b < tvq_books; b++) {
         let book = table + 5u + 3u * b;
         let form = tvq_tables(book + 2u);
         let width = tvq_width(form);
         if tvq_shown(form) {
-            sum += tvq_term(book, form, tvq_number(bit + n * width, width), place);
+            sum += tvq_term(book, form, tvq_number(start, bit + n * width, width), place);
         }
         bit += count * width;
     }
@@ -93,25 +93,27 @@ fn tvq_kept(block: vec3<u32>, channel: u32, place: u32) -> i32 {
     let size = min(vec3<u32>(4u), tvq_grid - brick * 4u);
     let n = tvq_numbered(block - brick * 4u, size);
     let bricks = tvq_bricks.x * tvq_bricks.y * tvq_bricks.z;
-    let head = (channel * bricks + tvq_numbered(brick, tvq_bricks)) * (2u + 2u * tvq_planes);
-    let means = tvq_heads(head + 1u);
-    var bit = tvq_heads(head);
-    var sum = tvq_mean(table, (means & 0xffffu) + tvq_number(bit + n * (means >> 16u), means >> 16u));
+    let head = (channel * bricks + tvq_numbered(brick, tvq_bricks)) * 2u;
+    var start = tvq_heads(head);
+    let form = tvq_heads(head + 1u);
     var before = 0u;
     var count = 0u;
-    for (var j = 0u; j < tvq_planes; j++) {
-        let low = tvq_heads(head + 2u + 2u * j);
-        let high = tvq_heads(head + 3u + 2u * j);
+    for (var j = 0u; j < form >> 24u; j++) {
+        let low = tvq_index(start);
+        let high = tvq_index(start + 1u);
         before += tvq_below(low, high, n) << j;
         count += tvq_bit(low, high, n) << j;
+        start += 2u;
     }
+    let mean_width = (form >> 16u) & 31u;
+    var sum = tvq_mean(table, (form & 0xffffu) + tvq_number(start, n * mean_width, mean_width));
     let width = tvq_tables(table + 1u);
-    bit += size.x * size.y * size.z * (means >> 16u) + before * width;
+    let bit = size.x * size.y * size.z * mean_width + before * width;
     for (var b = 0u; b < count; b++) {
         let book = table + 5u + 3u * b;
         let form = tvq_tables(book + 2u);
         if tvq_shown(form) {
-            sum += tvq_term(book, form, tvq_number(bit + b * width, width), place);
+            sum += tvq_term(book, form, tvq_number(start, bit + b * width, width), place);
         }
     }
     return sum;

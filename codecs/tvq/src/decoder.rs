@@ -50,10 +50,9 @@ impl TvqDecoder {
         let layout = volume.spec().layout.clone();
         let parameters: Parameters = volume.parameters()?;
         let geometry = Geometry::new(&layout, &parameters).ok_or_else(|| {
-            let Parameters { grid, subvolume, books, planes, entry_bits, .. } = parameters;
+            let Parameters { grid, subvolume, books, entry_bits, .. } = parameters;
             DecodeError::Corrupt(format!(
-                "a grid of {grid:?} blocks in sub-volumes of {subvolume}, {books} codebooks, {planes} planes and \
-                 entries of {entry_bits} bits for {} frames of {} voxels",
+                "a grid of {grid:?} blocks in sub-volumes of {subvolume}, {books} codebooks and entries of {entry_bits} bits for {} frames of {} voxels",
                 layout.frames, layout.extent
             ))
         })?;
@@ -238,7 +237,6 @@ impl ShaderDecode for TvqDecoder {
                 u32("channels", g.channels),
                 u32("variable", u32::from(g.payload == Payload::Variable)),
                 u32("books", g.books),
-                u32("planes", g.planes),
                 u32("table_words", TABLE_HEAD + BOOK_WORDS * g.books),
                 u32("entry_bits", g.entry_bits),
                 u32("lanes_log2", g.lanes_log2()),

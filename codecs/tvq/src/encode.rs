@@ -61,8 +61,6 @@ pub struct Written {
     pub tables: Vec<Vec<Table>>,
     /// Codebooks of a table.
     pub books: u32,
-    /// Bits of a count of codes.
-    pub planes: u32,
     /// Per frame: heads and indices.
     pub frames: Vec<(Vec<u32>, Vec<u32>)>,
     /// Sentences for the user.
@@ -222,7 +220,6 @@ impl Work<'_> {
             step: self.quantiser.step(),
             entry_bits: self.options.entry_bits,
             books: written.books,
-            planes: written.planes,
             tables: self.sets.len() as u32,
             entries,
             frame_words: written.frames.iter().map(|f| f.1.len() as u64).collect(),

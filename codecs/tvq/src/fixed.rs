@@ -244,14 +244,7 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>]) -> Written {
     let chapters =
         coded.iter().flatten().next().map(|c| c.books.iter().map(Book::named_chapters).collect::<Vec<_>>());
     let training = work.record(coded, &json!({ "widths": widths, "chapters": chapters }));
-    Written {
-        tables,
-        books: Partition::ALL.len() as u32,
-        planes: 0,
-        frames,
-        notes: notes(work, coded),
-        training,
-    }
+    Written { tables, books: Partition::ALL.len() as u32, frames, notes: notes(work, coded), training }
 }
 
 fn notes(work: &Work<'_>, coded: &[Vec<Coded>]) -> Vec<String> {

@@ -12,6 +12,10 @@ pub const VOXELS: usize = 64;
 pub const BRICK: u32 = 4;
 /// Most codebooks of a table.
 pub const MOST_BOOKS: u32 = 63;
+/// Most bits of a block's count of codes.
+pub const MOST_PLANES: u32 = 6;
+/// Words of the head of a brick.
+pub const HEAD_WORDS: u32 = 2;
 /// Words of a table before its codebooks.
 pub const TABLE_HEAD: u32 = 5;
 /// Words of a codebook in its table.
@@ -49,8 +53,6 @@ pub struct Parameters {
     pub entry_bits: u32,
     /// Codebooks of a table.
     pub books: u32,
-    /// Bits of a block's count of codes; 0 for the payload `fixed`.
-    pub planes: u32,
     /// Sets of tables: one for all frames, or one for each.
     pub tables: u32,
     /// Entries of the codebooks of each set.
@@ -86,8 +88,6 @@ pub struct Geometry {
     pub entry_bits: u32,
     /// Codebooks of a table.
     pub books: u32,
-    /// Bits of a block's count of codes.
-    pub planes: u32,
     /// Sets of tables.
     pub tables: u32,
     /// Entries of the codebooks of each set.
@@ -102,15 +102,10 @@ impl Geometry {
     pub fn new(layout: &VolumeLayout, parameters: &Parameters) -> Option<Self> {
         let p = parameters;
         let grid = block_grid(layout.extent);
-        let planes_fit = match p.payload {
-            Payload::Fixed => p.planes == 0,
-            Payload::Variable => p.planes <= 6 && p.books < 1 << p.planes,
-        };
         let fits = grid.to_array() == p.grid
             && (p.subvolume == 0 || (p.subvolume.is_multiple_of(EDGE * BRICK) && p.subvolume <= 1024))
             && p.books <= MOST_BOOKS
             && matches!(p.entry_bits, 8 | 16)
-            && planes_fit
             && (p.tables == 1 || p.tables == layout.frames)
             && p.entries.len() == p.tables as usize
             && p.frame_words.len() == layout.frames as usize;
@@ -131,7 +126,6 @@ impl Geometry {
             quantiser: Quantiser::of_stream(VALUE_BITS, p.offset, p.step)?,
             entry_bits: p.entry_bits,
             books: p.books,
-            planes: p.planes,
             tables: p.tables,
             entries: p.entries.clone(),
             frame_words: p.frame_words.clone(),
@@ -162,18 +156,12 @@ impl Geometry {
         (32 / self.entry_bits).ilog2()
     }
 
-    /// Words of the head of a brick.
-    #[must_use]
-    pub const fn head_words(&self) -> u32 {
-        2 + 2 * self.planes
-    }
-
     /// Words of the heads of one frame; none for the payload `fixed`.
     #[must_use]
     pub const fn frame_heads(&self) -> u64 {
         match self.payload {
             Payload::Fixed => 0,
-            Payload::Variable => self.bricks.voxels() * self.channels as u64 * self.head_words() as u64,
+            Payload::Variable => self.bricks.voxels() * self.channels as u64 * HEAD_WORDS as u64,
         }
     }
 
@@ -193,12 +181,12 @@ impl Geometry {
         (first, [0, 1, 2].map(|a| BRICK.min(grid[a] - first[a])))
     }
 
-    /// Whether a shader, which counts bits and words in 32 bits, can address one frame.
+    /// Whether a shader, which counts words, and the bits of a sub-volume, in 32 bits, can address one frame.
     #[must_use]
     pub fn fits_a_shader(&self) -> bool {
         let most = u64::from(u32::MAX);
-        self.grid.voxels() <= most / 32
-            && self.frame_words.iter().all(|words| words * 32 <= most)
+        self.grid.voxels() <= most / 64
+            && self.frame_words.iter().all(|words| *words <= most)
             && self.frame_heads() <= most
             && self.entries.iter().all(|entries| *entries <= most)
             && self.sub_grid.voxels() * u64::from(self.table_words()) <= most

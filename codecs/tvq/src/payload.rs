@@ -26,20 +26,25 @@ impl Bits {
         }
     }
 
-    /// Bits so far.
-    #[must_use]
-    pub fn len(&self) -> u64 {
-        self.words.len() as u64 * 32 + u64::from(self.filled)
-    }
-
-    /// The words, the last filled up with zeros.
-    #[must_use]
-    pub fn finish(mut self) -> Vec<u32> {
+    /// Fills the last word up with zeros.
+    pub fn end_word(&mut self) {
         if self.filled > 0 {
             self.words.push(self.waiting as u32);
+            (self.waiting, self.filled) = (0, 0);
         }
-        self.words
     }
+}
+
+/// Bits that the largest of some counts takes.
+#[must_use]
+pub fn count_bits(counts: impl Iterator<Item = u8>) -> u32 {
+    8 - counts.max().unwrap_or(0).leading_zeros()
+}
+
+/// Words of a brick whose blocks keep so many codes of `width` bits in all: planes, means and codes.
+#[must_use]
+pub const fn brick_words(planes: u32, mean_bits: u32, codes: u32, width: u32) -> u32 {
+    2 * planes + (mean_bits + codes * width).div_ceil(32)
 }
 
 /// Words that the blocks of a sub-volume take in one channel.
@@ -62,7 +67,8 @@ pub fn fixed_frame(tables: &[Table], planes: &[&[Plane]]) -> Vec<u32> {
                 let codes = plane.codes.iter().skip(b).step_by(plane.books.max(1));
                 codes.for_each(|code| bits.push((*code).into(), book.width));
             }
-            words.extend(bits.finish());
+            bits.end_word();
+            words.extend(bits.words);
         }
     }
     // So that there is a word even where nothing needs a bit.
@@ -78,7 +84,7 @@ pub fn mean_width(means: &[u32]) -> (u32, u32) {
     (low, 32 - (high - low).leading_zeros())
 }
 
-/// One frame of the payload `variable`: heads and indices, or `None` where they exceed 2^32 bits. `kept[s][c]` says how
+/// One frame of the payload `variable`: heads and indices, or `None` where they exceed 2^32 words. `kept[s][c]` says how
 /// many codes each block of `planes[s][c]` keeps.
 #[must_use]
 pub fn variable_frame(
@@ -99,14 +105,15 @@ pub fn variable_frame(
             let in_sub = |p: [u32; 3]| number([0, 1, 2].map(|a| first[a] + p[a] - sub_first[a]), sub_size);
             let blocks: Vec<usize> = positions(size).map(in_sub).collect();
             let (base, width) = mean_width(&blocks.iter().map(|n| plane.means[*n]).collect::<Vec<_>>());
-            heads.push(u32::try_from(bits.len()).ok()?);
-            heads.push(base | width << 16);
-            for j in 0..g.planes {
+            let planes = count_bits(blocks.iter().map(|n| kept[*n]));
+            heads.push(u32::try_from(bits.words.len()).ok()?);
+            heads.push(base | width << 16 | planes << 24);
+            for j in 0..planes {
                 let mut words = [0_u32; 2];
                 for (place, n) in blocks.iter().enumerate() {
                     words[place / 32] |= (u32::from(kept[*n]) >> j & 1) << (place % 32);
                 }
-                heads.extend(words);
+                bits.words.extend(words);
             }
             blocks.iter().for_each(|n| bits.push(plane.means[*n] - base, width));
             let books = plane.books;
@@ -114,12 +121,11 @@ pub fn variable_frame(
                 let codes = &plane.codes[n * books..n * books + usize::from(kept[n])];
                 codes.iter().for_each(|code| bits.push((*code).into(), table.width));
             }
+            bits.end_word();
         }
     }
-    u32::try_from(bits.len()).ok()?;
-    let mut words = bits.finish();
-    words.push(0);
-    Some((heads, words))
+    bits.words.push(0);
+    Some((heads, bits.words))
 }
 
 /// Entries of codebooks in words.

@@ -37,7 +37,7 @@ pub const SETTINGS: &[Setting] = &[
         name: "codes",
         doc: "most codes of a block under the payload variable, each a fetch for every voxel; fewer are longer",
         kind: SettingKind::Integer { min: 1, max: 63 },
-        default: "15",
+        default: "63",
     },
     Setting {
         name: "transform",

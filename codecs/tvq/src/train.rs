@@ -54,6 +54,8 @@ pub struct Outcome {
     pub code_bits: f64,
     /// Squared error of all blocks, in units of sums.
     pub error: f64,
+    /// Part of the blocks that keep a code.
+    pub open: f64,
 }
 
 fn energy(block: &[f32]) -> f64 {
@@ -277,7 +279,8 @@ impl<'a> Trainer<'a> {
         let all = || (0..best.len()).filter(|i| measured(*i));
         let codes = all().map(|i| f64::from(kept[i] * width)).sum::<f64>();
         let error = all().map(|i| best[i]).sum::<f64>() - codes * price;
-        Ok(Outcome { books, code_bits: codes * scale, error: error * scale })
+        let open = all().filter(|i| kept[*i] > 0).count() as f64 / all().count().max(1) as f64;
+        Ok(Outcome { books, code_bits: codes * scale, error: error * scale, open })
     }
 
     /// The partition in which most of what is left lies.

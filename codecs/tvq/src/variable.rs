@@ -4,18 +4,20 @@ use cvr_core::codec::EncodeError;
 use rayon::prelude::*;
 use serde_json::json;
 
-use crate::blocks::Sample;
+use crate::blocks::{Domain, Sample};
 use crate::books::Book;
 use crate::code::Plane;
 use crate::encode::{Coded, Work, Written, forms};
-use crate::geometry::{BRICK, EDGE, Geometry, Parameters, Payload, VOXELS, block_grid, number, positions};
-use crate::payload::{mean_width, variable_frame};
+use crate::geometry::{
+    BRICK, EDGE, Geometry, HEAD_WORDS, Parameters, Payload, VOXELS, block_grid, number, positions,
+};
+use crate::payload::{brick_words, count_bits, mean_width, variable_frame};
 use crate::settings::{CODE_BITS, Target};
 use crate::table::{BookForm, Partition, Table};
 use crate::train::Trainer;
 
 /// Blocks on which trials train.
-const OVERVIEW: u64 = 12288;
+const OVERVIEW: u64 = 32768;
 /// Trials of one width.
 const TRIALS: usize = 6;
 /// How often codebooks are trained anew where a PSNR was missed.
@@ -78,9 +80,14 @@ impl Overview<'_, '_> {
             work.run,
         )?;
         let codewords: usize = outcome.books.iter().map(Book::size).sum();
-        let books = (codewords * VOXELS) as f64 * f64::from(work.options.entry_bits) * work.tables();
         let count = outcome.books.len() as u32;
-        let bits = self.mean_bits(shift) + outcome.code_bits + books + fixed_bits(work, count);
+        // Blocks with codes lie together: about half the bricks that could hold one each do.
+        let planes = f64::from(2 * 32 * (32 - count.leading_zeros()));
+        let planes = bricks(work) * planes * (2.0 * outcome.open).min(1.0);
+        let bits = self.mean_bits(shift)
+            + outcome.code_bits
+            + planes
+            + fixed_bits(work, count, codewords as f64 * work.tables());
         Ok(Promise { bits, error: outcome.error })
     }
 
@@ -133,21 +140,19 @@ fn most_bits(work: &Work<'_>) -> f64 {
     }
 }
 
-/// Bits of header, tables and heads of bricks.
-fn fixed_bits(work: &Work<'_>, books: u32) -> f64 {
-    let bricks: f64 = work
-        .domains()
-        .map(|d| {
-            d.size.map(|s| f64::from(s.div_ceil(BRICK))).iter().product::<f64>() * d.blocks() as f64
-                / d.plane_blocks() as f64
-        })
-        .sum();
-    work.overhead(books) + bricks * 32.0 * f64::from(2 + 2 * planes(books))
+/// Bits of header, tables, codebooks and heads of bricks.
+fn fixed_bits(work: &Work<'_>, books: u32, codewords: f64) -> f64 {
+    let entries = codewords * VOXELS as f64 * f64::from(work.options.entry_bits);
+    work.overhead(books) + entries + bricks(work) * f64::from(32 * HEAD_WORDS)
 }
 
-/// Bits of a count of up to `books` codes.
-const fn planes(books: u32) -> u32 {
-    32 - books.leading_zeros()
+/// Bricks of all channels and frames.
+fn bricks(work: &Work<'_>) -> f64 {
+    let of_domain = |d: &Domain| {
+        let bricks = d.size.map(|s| f64::from(s.div_ceil(BRICK))).iter().product::<f64>();
+        bricks * d.blocks() as f64 / d.plane_blocks() as f64
+    };
+    work.domains().map(of_domain).sum()
 }
 
 /// Bits of the means of one plane, whose codes are finer by `shift` bits than what is stored.
@@ -175,7 +180,7 @@ pub fn encode(work: &Work<'_>) -> Result<(Vec<Vec<Coded>>, Kept), EncodeError> {
     let mut coded = code(work, point)?;
     for _ in 1..TRIES {
         let Target::Psnr(psnr) = work.options.target else { break };
-        if total(&coded, 0.0).error <= work.error_of(psnr) || point.error <= 0.5 {
+        if total_at(work, &coded, 0.0).error <= work.error_of(psnr) || point.error <= 0.5 {
             break;
         }
         point.error = (point.error * 0.7).max(0.5);
@@ -267,7 +272,7 @@ fn code(work: &Work<'_>, point: Point) -> Result<Vec<Vec<Coded>>, EncodeError> {
 /// What a price leads to.
 #[derive(Copy, Clone, Debug, Default)]
 struct Sum {
-    code_bits: f64,
+    bits: f64,
     /// In data units.
     error: f64,
 }
@@ -289,54 +294,73 @@ fn kept(plane: &Plane, code_price: f64) -> Vec<u8> {
     blocks.map(|errors| best_count(errors, code_price) as u8).collect()
 }
 
-fn total(coded: &[Vec<Coded>], price: f64) -> Sum {
-    let mut sum = Sum::default();
-    for c in coded.iter().flatten() {
-        let width = width(c);
-        for plane in &c.planes {
-            let chunks = plane.errors.par_chunks((plane.books + 1) * 4096);
-            let parts: Vec<Sum> = chunks
-                .map(|chunk| {
-                    let mut part = Sum::default();
-                    for errors in chunk.chunks_exact(plane.books + 1) {
-                        let n = best_count(errors, price * width);
-                        part.code_bits += n as f64 * width;
-                        part.error += f64::from(errors[n]);
-                    }
-                    part
+/// What a brick takes and leaves.
+fn of_brick(plane: &Plane, size: [u32; 3], brick: [u32; 3], width: u32, count: impl Fn(usize) -> u8) -> Sum {
+    let first = brick.map(|b| b * BRICK);
+    let cut = [0, 1, 2].map(|a| BRICK.min(size[a] - first[a]));
+    let blocks = positions(cut).map(|p| number([0, 1, 2].map(|a| first[a] + p[a]), size));
+    let (mut error, mut codes, mut most, mut means) = (0.0, 0, 0, Vec::with_capacity(VOXELS));
+    for n in blocks {
+        let kept = count(n);
+        error += f64::from(plane.errors[n * (plane.books + 1) + usize::from(kept)]);
+        codes += u32::from(kept);
+        most = most.max(kept);
+        means.push(plane.means[n]);
+    }
+    let mean_bits = mean_width(&means).1 * means.len() as u32;
+    let words = brick_words(count_bits(std::iter::once(most)), mean_bits, codes, width);
+    Sum { bits: 32.0 * f64::from(words), error }
+}
+
+/// Bits of everything and squared error, where every block keeps as many codes as `count` says by its domain, plane and
+/// number.
+fn total(
+    work: &Work<'_>,
+    coded: &[Vec<Coded>],
+    count: impl Fn(usize, usize, &Plane, usize) -> u8 + Sync,
+) -> Sum {
+    let most = coded.iter().flatten().map(|c| c.books.len()).max().unwrap_or(0);
+    let codewords: usize = coded.iter().flatten().flat_map(|c| &c.books).map(Book::size).sum();
+    let mut sum = Sum { bits: fixed_bits(work, most as u32, codewords as f64), error: 0.0 };
+    for (d, (c, domain)) in coded.iter().flatten().zip(work.domains()).enumerate() {
+        let width = width(c) as u32;
+        let [x, y, z] = domain.size.map(|s| s.div_ceil(BRICK));
+        for (p, plane) in c.planes.iter().enumerate() {
+            let of_layer = |z: u32| {
+                let bricks = positions([x, y, 1]).map(|b| [b[0], b[1], z]);
+                bricks.fold(Sum::default(), |sum, brick| {
+                    let n = of_brick(plane, domain.size, brick, width, |n| count(d, p, plane, n));
+                    Sum { bits: sum.bits + n.bits, error: sum.error + n.error }
                 })
-                .collect();
-            for part in parts {
-                sum.code_bits += part.code_bits;
-                sum.error += part.error;
+            };
+            let layers: Vec<Sum> = (0..z).into_par_iter().map(of_layer).collect();
+            for layer in layers {
+                sum.bits += layer.bits;
+                sum.error += layer.error;
             }
         }
     }
     sum
 }
 
-/// Bits of everything but codes.
-fn other_bits(work: &Work<'_>, coded: &[Vec<Coded>]) -> f64 {
-    let most = coded.iter().flatten().map(|c| c.books.len()).max().unwrap_or(0);
-    let mut bits = fixed_bits(work, most as u32);
-    for (c, domain) in coded.iter().flatten().zip(work.domains()) {
-        let entries: usize = c.books.iter().map(|b| b.size() * VOXELS).sum();
-        bits += entries as f64 * f64::from(work.options.entry_bits);
-        bits += c.planes.iter().map(|p| mean_bits(p, domain.size, 0)).sum::<f64>();
-    }
-    bits
+/// The same, where every block keeps what pays at a price in data units.
+fn total_at(work: &Work<'_>, coded: &[Vec<Coded>], price: f64) -> Sum {
+    let prices: Vec<f64> = coded.iter().flatten().map(|c| price * width(c)).collect();
+    total(work, coded, |d, _, plane, n| {
+        let errors = &plane.errors[n * (plane.books + 1)..(n + 1) * (plane.books + 1)];
+        best_count(errors, prices[d]) as u8
+    })
 }
 
 /// The price, in data units, at which the target is just met; about `price`.
 fn choose(work: &Work<'_>, coded: &[Vec<Coded>], price: f64) -> f64 {
-    let other_bits = other_bits(work, coded);
     let met = |price: f64| match work.options.target {
         // A higher price asks for less.
-        Target::Psnr(psnr) => total(coded, price).error > work.error_of(psnr),
-        _ => total(coded, price).code_bits + other_bits <= most_bits(work),
+        Target::Psnr(psnr) => total_at(work, coded, price).error > work.error_of(psnr),
+        _ => total_at(work, coded, price).bits <= most_bits(work),
     };
     let (mut low, mut high) = ((price * 1e-3).max(1e-300).ln(), (price * 1e3).max(1e-300).ln());
-    for _ in 0..40 {
+    for _ in 0..30 {
         let middle = 0.5 * (low + high);
         if met(middle.exp()) { high = middle } else { low = middle }
     }
@@ -347,7 +371,7 @@ fn choose(work: &Work<'_>, coded: &[Vec<Coded>], price: f64) -> f64 {
 /// Tables and frames.
 ///
 /// # Errors
-/// When a frame has more than 2^32 bits.
+/// When a frame has more than 2^32 words.
 pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Written, EncodeError> {
     let channels = work.layout.channels as usize;
     let books = coded.iter().flatten().map(|c| c.books.len()).max().unwrap_or(0) as u32;
@@ -361,7 +385,6 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
             step: work.quantiser.step(),
             entry_bits: work.options.entry_bits,
             books,
-            planes: planes(books),
             tables: work.sets.len() as u32,
             entries: vec![0; work.sets.len()],
             frame_words: vec![0; work.layout.frames as usize],
@@ -385,7 +408,7 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
             let planes: Vec<_> = set.iter().map(|c| &c.planes[part.clone()]).collect();
             let kept: Vec<_> = kept.iter().map(|k| &k[part.clone()]).collect();
             let frame = variable_frame(&geometry, &of_set, &planes, &kept).ok_or_else(|| {
-                EncodeError::Unsupported("a frame takes more than 2^32 bits; ask for less".to_owned())
+                EncodeError::Unsupported("a frame takes more than 2^32 words; ask for less".to_owned())
             })?;
             frames.push(frame);
         }
@@ -394,20 +417,13 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
     let mut counts = vec![0_u64; books as usize + 1];
     kept.iter().flatten().flatten().flatten().for_each(|n| counts[usize::from(*n)] += 1);
     let training = work.record(coded, &json!({ "blocks_by_codes": counts }));
-    Ok(Written { tables, books, planes: planes(books), frames, notes: notes(work, coded, kept), training })
+    Ok(Written { tables, books, frames, notes: notes(work, coded, kept), training })
 }
 
 fn notes(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Vec<String> {
-    let (mut error, mut code_bits) = (0.0, 0.0);
-    for (c, kept) in coded.iter().flatten().zip(kept.iter().flatten()) {
-        for (plane, kept) in c.planes.iter().zip(kept) {
-            for (errors, n) in plane.errors.chunks_exact(plane.books + 1).zip(kept) {
-                error += f64::from(errors[usize::from(*n)]);
-                code_bits += f64::from(*n) * width(c);
-            }
-        }
-    }
-    let rate = (code_bits + other_bits(work, coded)) / work.samples();
+    let kept: Vec<&Vec<Vec<u8>>> = kept.iter().flatten().collect();
+    let Sum { bits, error } = total(work, coded, |d, p, _, n| kept[d][p][n]);
+    let rate = bits / work.samples();
     match work.options.target {
         Target::Psnr(psnr) if error > work.error_of(psnr) => {
             vec![format!(
