@@ -1,5 +1,7 @@
 //! Codewords as they are stored, and as they decode.
 
+use std::collections::HashMap;
+
 use crate::Quantiser;
 use crate::pack::BitPacker;
 
@@ -19,17 +21,23 @@ impl Codebook {
     /// When `vectors` is no whole number of vectors.
     #[must_use]
     pub fn nearest_to(vectors: &[f64], dimension: usize, quantiser: Quantiser) -> Self {
+        Self::placed(vectors, dimension, quantiser).0
+    }
+
+    /// The same, and where each of the vectors went.
+    pub(crate) fn placed(vectors: &[f64], dimension: usize, quantiser: Quantiser) -> (Self, Vec<u32>) {
         assert!(dimension > 0 && vectors.len().is_multiple_of(dimension), "no whole number of vectors");
         let mut codebook = Self { dimension, quantiser, codes: Vec::new(), values: Vec::new() };
-        let mut seen = std::collections::HashSet::new();
+        let (mut seen, mut places) = (HashMap::new(), Vec::with_capacity(vectors.len() / dimension));
         for vector in vectors.chunks_exact(dimension) {
             let codes: Vec<u16> = vector.iter().map(|v| quantiser.code(*v)).collect();
-            if seen.insert(codes.clone()) {
-                codebook.values.extend(codes.iter().map(|c| quantiser.value((*c).into())));
-                codebook.codes.extend(codes);
-            }
+            let next = codebook.size() as u32;
+            places.push(*seen.entry(codes).or_insert_with_key(|codes| {
+                codebook.push(codes);
+                next
+            }));
         }
-        codebook
+        (codebook, places)
     }
 
     /// Number of codewords.
@@ -54,6 +62,15 @@ impl Codebook {
     #[must_use]
     pub fn codes(&self) -> &[u16] {
         &self.codes
+    }
+
+    /// Codes of codeword `k`.
+    ///
+    /// # Panics
+    /// When there is none.
+    #[must_use]
+    pub fn codes_of(&self, k: usize) -> &[u16] {
+        &self.codes[k * self.dimension..(k + 1) * self.dimension]
     }
 
     /// All values, one codeword after the other.

@@ -2,9 +2,14 @@
 //! codewords that a decoder will see.
 
 use cvr_core::codec::{Cancelled, Progress};
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
-use crate::{Codebook, Nearest, Search, Vectors};
+use crate::carry::{Carried, Step};
+use crate::cells::Cells;
+use crate::distance::squared;
+use crate::{Codebook, Nearest, Vectors};
 
 /// When to stop.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -28,7 +33,8 @@ pub struct Trained {
 
 /// Moves every codeword to the mean of the vectors that are nearest to it, round after round. Codewords that no vector
 /// is nearest to are dropped; in their place, up to `size`, comes the farthest vector of each of the cells of largest
-/// distortion, if a codeword there would be nearer. The distortion never rises.
+/// distortion, if a codeword there would be nearer. The distortion never rises. `cells` may tell which codeword of
+/// `first` is near to each vector: that saves time and changes nothing.
 ///
 /// # Errors
 /// When `run` was cancelled.
@@ -38,19 +44,25 @@ pub struct Trained {
 pub fn refine(
     vectors: &Vectors,
     first: Codebook,
+    cells: Option<&[u32]>,
     size: usize,
     stop: Stop,
     run: &Progress<'_>,
 ) -> Result<Trained, Cancelled> {
     assert!(!vectors.is_empty(), "no vectors to train on");
     let mut codebook = first;
+    let mut carried = match cells {
+        Some(cells) => Carried::guessed(vectors, &codebook, cells),
+        None => Carried::searched(vectors, &codebook),
+    };
+    let mut changed = vec![true; codebook.size()];
     let mut before: Option<f64> = None;
     for round in 0.. {
         run.advance(0)?;
-        let nearest = Search::new(&codebook, None).all(vectors);
-        let cells = Cells::new(&nearest, codebook.size());
+        let nearest = &carried.nearest;
+        let cells = Cells::new(nearest, codebook.size());
         let distortions: Vec<f64> =
-            (0..codebook.size()).into_par_iter().map(|k| cells.distortion(k, vectors, &nearest)).collect();
+            (0..codebook.size()).into_par_iter().map(|k| cells.distortion(k, vectors, nearest)).collect();
         let distortion: f64 = distortions.iter().sum();
         let settled = before.is_some_and(|before| before - distortion <= stop.gain * before);
         if round >= stop.rounds || distortion == 0.0 || settled {
@@ -58,70 +70,72 @@ pub fn refine(
             return Ok(Trained { codebook, distortion, rounds: round });
         }
         before = Some(distortion);
-        let moved: Vec<f64> = (0..codebook.size())
-            .into_par_iter()
-            .filter(|k| !cells.members(*k).is_empty())
-            .flat_map_iter(|k| cells.mean(k, vectors))
-            .collect();
-        let mut next = Codebook::nearest_to(&moved, codebook.dimension(), codebook.quantiser());
-        fill(&mut next, size, vectors, &nearest, &cells, &distortions);
-        codebook = next;
+        let mut moved = Moved::new(&codebook, &cells, vectors, &changed);
+        fill(&mut moved.codebook, size, vectors, nearest, &cells, &distortions);
+        codebook = moved.codebook;
+        moved.moves.resize(codebook.size(), f64::INFINITY);
+        changed = carried.advance(vectors, &cells, &codebook, &moved.steps, &moved.moves);
+        moved.united.iter().for_each(|k| changed[*k as usize] = true);
     }
     unreachable!("a round returns")
 }
 
-/// Which vectors are nearest to each codeword.
-struct Cells {
-    /// Numbers of vectors, ascending within a cell, cell after cell.
-    order: Vec<u32>,
-    /// Where each cell begins, and the end.
-    starts: Vec<usize>,
+/// Codewords moved to the means of their cells.
+struct Moved {
+    codebook: Codebook,
+    /// What became of each former codeword; of one without members, nothing that matters.
+    steps: Vec<Step>,
+    /// How far each codeword has moved.
+    moves: Vec<f64>,
+    /// Codewords that took over the vectors of another.
+    united: Vec<u32>,
 }
 
-impl Cells {
-    fn new(nearest: &[Nearest], size: usize) -> Self {
-        let mut starts = vec![0; size + 1];
-        nearest.iter().for_each(|n| starts[n.index as usize + 1] += 1);
-        for k in 0..size {
-            starts[k + 1] += starts[k];
-        }
-        let mut places = starts.clone();
-        let mut order = vec![0; nearest.len()];
-        for (i, n) in nearest.iter().enumerate() {
-            let place = &mut places[n.index as usize];
-            order[*place] = i as u32;
-            *place += 1;
-        }
-        Self { order, starts }
-    }
-
-    fn members(&self, k: usize) -> &[u32] {
-        &self.order[self.starts[k]..self.starts[k + 1]]
-    }
-
-    fn distortion(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> f64 {
-        self.members(k).iter().map(|i| vectors.weight(*i as usize) * nearest[*i as usize].distance).sum()
-    }
-
-    /// Weighted mean of a cell that has members.
-    fn mean(&self, k: usize, vectors: &Vectors) -> Vec<f64> {
-        let mut sums = vec![0.0; vectors.dimension()];
-        let mut total = 0.0;
-        for &i in self.members(k) {
-            let weight = vectors.weight(i as usize);
-            total += weight;
-            for (sum, x) in sums.iter_mut().zip(vectors.vector(i as usize)) {
-                *sum += weight * f64::from(*x);
+impl Moved {
+    /// A codeword moves where its cell `changed`; equal ones become one, where the first stood.
+    fn new(codebook: &Codebook, cells: &Cells, vectors: &Vectors, changed: &[bool]) -> Self {
+        let quantiser = codebook.quantiser();
+        let codes = |k: usize| {
+            if cells.members(k).is_empty() {
+                return None;
             }
+            let code = |mean: f64| quantiser.code(mean);
+            Some(if changed[k] {
+                cells.mean(k, vectors).into_iter().map(code).collect()
+            } else {
+                codebook.codes_of(k).to_vec()
+            })
+        };
+        let all: Vec<Option<Vec<u16>>> = (0..codebook.size()).into_par_iter().map(codes).collect();
+        let mut moved = Self {
+            codebook: codebook.kept(|_| false),
+            steps: Vec::with_capacity(all.len()),
+            moves: Vec::new(),
+            united: Vec::new(),
+        };
+        let mut places: HashMap<Vec<u16>, u32> = HashMap::with_capacity(all.len());
+        for (k, codes) in all.into_iter().enumerate() {
+            let Some(codes) = codes else {
+                moved.steps.push(Step { index: 0, moved: true });
+                continue;
+            };
+            let next = moved.moves.len() as u32;
+            let has_moved = codes != codebook.codes_of(k);
+            let index = *places.entry(codes).or_insert_with_key(|codes| {
+                moved.codebook.push(codes);
+                moved.moves.push(0.0);
+                next
+            });
+            if index != next {
+                moved.united.push(index);
+            }
+            if has_moved {
+                let way = squared(codebook.codeword(k), moved.codebook.codeword(index as usize), None).sqrt();
+                moved.moves[index as usize] = moved.moves[index as usize].max(way);
+            }
+            moved.steps.push(Step { index, moved: has_moved });
         }
-        sums.iter().map(|sum| sum / total).collect()
-    }
-
-    /// The member that adds most to the distortion; of several the first.
-    fn worst(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> Option<usize> {
-        let share = |i: &u32| vectors.weight(*i as usize) * nearest[*i as usize].distance;
-        let worst = self.members(k).iter().rev().max_by(|a, b| share(a).total_cmp(&share(b)));
-        worst.map(|i| *i as usize)
+        moved
     }
 }
 
@@ -147,7 +161,7 @@ fn fill(
         let vector = vectors.vector(i);
         let codes: Vec<u16> = vector.iter().map(|x| quantiser.code((*x).into())).collect();
         let values: Vec<f32> = codes.iter().map(|c| quantiser.value((*c).into())).collect();
-        if crate::distance::squared(vector, &values, None) < nearest[i].distance {
+        if squared(vector, &values, None) < nearest[i].distance {
             codebook.push(&codes);
         }
     }
@@ -156,7 +170,7 @@ fn fill(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Quantiser;
+    use crate::{Quantiser, Search};
     use cvr_core::volume::ValueRange;
 
     const STOP: Stop = Stop { rounds: 100, gain: 0.0 };
@@ -177,7 +191,7 @@ mod tests {
         let mut before = f64::INFINITY;
         for rounds in 0..12 {
             let stop = Stop { rounds, gain: 0.0 };
-            let trained = refine(&vectors, first.clone(), 64, stop, &Progress::silent()).unwrap();
+            let trained = refine(&vectors, first.clone(), None, 64, stop, &Progress::silent()).unwrap();
             assert!(trained.distortion <= before, "round {rounds}: {} after {before}", trained.distortion);
             before = trained.distortion;
         }
@@ -189,7 +203,7 @@ mod tests {
         let first = Codebook::nearest_to(&[10.0, 20.0, 30.0, 200.0, 100.0, 50.0], 3, bytes());
         let rounds = |gain| {
             let stop = Stop { rounds: 1000, gain };
-            refine(&vectors, first.clone(), 64, stop, &Progress::silent()).unwrap().rounds
+            refine(&vectors, first.clone(), None, 64, stop, &Progress::silent()).unwrap().rounds
         };
         assert_eq!(rounds(1.0), 1, "no round gains all");
         let (hundredth, thousandth, nothing) = (rounds(1e-2), rounds(1e-3), rounds(0.0));
@@ -200,7 +214,7 @@ mod tests {
     fn what_it_reports_is_the_distortion_of_what_it_returns() {
         let vectors = noise(1000, 4);
         let first = Codebook::nearest_to(&[100.0, 7.0, 90.0, 30.0, 1.0, 2.0, 3.0, 4.0], 4, bytes());
-        let trained = refine(&vectors, first, 40, STOP, &Progress::silent()).unwrap();
+        let trained = refine(&vectors, first, None, 40, STOP, &Progress::silent()).unwrap();
         assert_eq!(trained.codebook.size(), 40);
         let nearest = Search::new(&trained.codebook, None).all(&vectors);
         let distortion: f64 = nearest.iter().map(|n| n.distance).sum();
@@ -214,7 +228,7 @@ mod tests {
     fn codewords_of_no_use_become_vectors_that_need_one() {
         let vectors = Vectors::of_rows(1, vec![1.0, 2.0, 101.0, 103.0]);
         let first = Codebook::nearest_to(&[0.0, 250.0, 240.0], 1, bytes());
-        let trained = refine(&vectors, first, 4, STOP, &Progress::silent()).unwrap();
+        let trained = refine(&vectors, first, None, 4, STOP, &Progress::silent()).unwrap();
         assert_eq!(trained.distortion, 0.0);
         assert_eq!(trained.codebook.size(), 4);
     }
@@ -225,7 +239,7 @@ mod tests {
         let quantiser = Quantiser::over(ValueRange { min: 0.0, max: 255.0 }, 8, true).unwrap();
         let vectors = Vectors::of_rows(1, (0..200).map(|i| 7.0 + i as f32 / 200.0).collect());
         let first = Codebook::nearest_to(&[7.5], 1, quantiser);
-        let trained = refine(&vectors, first, 200, STOP, &Progress::silent()).unwrap();
+        let trained = refine(&vectors, first, None, 200, STOP, &Progress::silent()).unwrap();
         assert!(trained.codebook.size() <= 2, "{} codewords", trained.codebook.size());
     }
 
@@ -235,7 +249,7 @@ mod tests {
         vectors.push(&[0.0], 3.0);
         vectors.push(&[100.0], 1.0);
         let first = Codebook::nearest_to(&[9.0], 1, bytes());
-        let trained = refine(&vectors, first, 1, STOP, &Progress::silent()).unwrap();
+        let trained = refine(&vectors, first, None, 1, STOP, &Progress::silent()).unwrap();
         assert_eq!(trained.codebook.values(), [25.0]);
     }
 
@@ -244,6 +258,6 @@ mod tests {
         let flag = std::sync::atomic::AtomicBool::new(true);
         let run = Progress::new(|_| {}, Some(&flag));
         let first = Codebook::nearest_to(&[9.0], 1, bytes());
-        assert!(refine(&noise(9, 1), first, 1, STOP, &run).is_err());
+        assert!(refine(&noise(9, 1), first, None, 1, STOP, &run).is_err());
     }
 }

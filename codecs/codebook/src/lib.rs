@@ -10,6 +10,8 @@
 //! order, decide.
 
 pub mod blocks;
+mod carry;
+mod cells;
 mod codebook;
 mod distance;
 pub mod init;
@@ -17,9 +19,11 @@ pub mod lbg;
 pub mod pack;
 mod quantise;
 pub mod sample;
+mod scores;
 mod search;
 mod train;
 mod vectors;
+mod wide;
 
 pub use codebook::{Codebook, index_bits};
 pub use init::Initial;

@@ -1,26 +1,14 @@
 //! The nearest codeword of a vector.
 //!
-//! `‖x − c‖² = ‖x‖² + (‖c‖² − 2 x·c)`: the bracket, the *score*, of many vectors and codewords is one matrix product
-//! (vectors carry a component 1 more, codewords their squared norm). Its rounding is bounded; every codeword whose
-//! score lies within the bound of the lowest is measured again in double precision, and of equally near codewords the
-//! one of the lowest index wins. So the outcome depends neither on the blocks in which products are taken nor on the
-//! processor's kernel.
+//! Scores in single precision propose codewords ([`crate::scores`]); every codeword that rounding may have kept from the
+//! lowest score is measured again in double precision, and of equally near codewords the one of the lowest index wins.
+//! So the outcome depends neither on the blocks in which products are taken nor on the processor's kernel.
 
-use ndarray::linalg::general_mat_mul;
-use ndarray::{ArrayView2, ArrayViewMut2};
 use rayon::prelude::*;
 
 use crate::distance::squared;
+use crate::scores::{COLUMNS, Candidates, ROWS, margin, product};
 use crate::{Codebook, Vectors};
-
-/// Vectors in one matrix product.
-const ROWS: usize = 256;
-/// Codewords in one matrix product: with [`ROWS`] vectors the scores fill 256 KiB.
-const COLUMNS: usize = 256;
-/// Scores that are compared at once.
-const LANES: usize = 16;
-/// Half the distance from 1 to the next single.
-const UNIT: f64 = 1.0 / (1 << 24) as f64;
 
 /// The codeword nearest to a vector.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -76,6 +64,34 @@ impl<'a> Search<'a> {
             search.radius = search.radius.max(norm.sqrt());
         }
         search
+    }
+
+    /// Data units per unit of the shifted and scaled codewords.
+    pub(crate) fn span(&self) -> f64 {
+        1.0 / self.scale
+    }
+
+    /// Squared distances from some codewords to all, in rows and in units of [`Self::span`]: no larger than they truly
+    /// are, and less by no more than rounding.
+    pub(crate) fn apart(&self, some: &[u32]) -> Vec<f32> {
+        let (size, width) = (self.codebook.size(), self.codebook.dimension() + 1);
+        let mut vectors = Vec::with_capacity(some.len() * width);
+        let mut norms = Vec::with_capacity(some.len());
+        for &k in some {
+            let operand = &self.operands[k as usize * width..][..width];
+            vectors.extend(operand[..width - 1].iter().map(|o| -0.5 * o));
+            vectors.push(1.0);
+            norms.push(operand[width - 1]);
+        }
+        let mut squares = vec![0.0; some.len() * size];
+        if !some.is_empty() {
+            product(&vectors, &self.operands, width, &mut squares);
+        }
+        for (row, norm) in squares.chunks_exact_mut(size).zip(norms) {
+            let less = norm - self.margin(f64::from(norm).sqrt());
+            row.iter_mut().for_each(|square| *square = (*square + less).max(0.0));
+        }
+        squares
     }
 
     /// Component `s` of a vector as the products take it: 0 where it does not count.
@@ -137,21 +153,13 @@ impl<'a> Search<'a> {
         rows.chunks_exact(dimension).zip(&candidates).map(decide).collect()
     }
 
-    /// How far the scores of two codewords may lie apart while rounding alone decides which is lower. A sum of n
-    /// products is off by at most n·u·Σ|products|, whatever the order and fused or not (Higham 2002, section 3.1);
-    /// operands and norm are rounded once more.
     fn margin(&self, norm: f64) -> f32 {
-        let terms = (self.codebook.dimension() + 6) as f64;
-        let products = self.radius * (2.0 * norm + self.radius);
-        (2.2 * UNIT * terms * products) as f32
+        margin(self.codebook.dimension(), norm, self.radius)
     }
 
     fn decide(&self, row: &[f32], candidates: &Candidates) -> Nearest {
         let mut best = Nearest { index: 0, distance: f64::INFINITY };
-        for &(index, score) in &candidates.list {
-            if score > candidates.lowest + candidates.margin {
-                continue;
-            }
+        for index in candidates.indices() {
             let distance = squared(row, self.codebook.codeword(index as usize), self.mask.as_deref());
             if distance < best.distance {
                 best = Nearest { index, distance };
@@ -159,69 +167,6 @@ impl<'a> Search<'a> {
         }
         best
     }
-}
-
-/// `scores = vectors · operandsᵀ`, all in rows.
-fn product(vectors: &[f32], operands: &[f32], width: usize, scores: &mut [f32]) {
-    let (rows, columns) = (vectors.len() / width, operands.len() / width);
-    let views = (
-        ArrayView2::from_shape((rows, width), vectors),
-        ArrayView2::from_shape((columns, width), operands),
-        ArrayViewMut2::from_shape((rows, columns), scores),
-    );
-    if let (Ok(vectors), Ok(operands), Ok(mut scores)) = views {
-        general_mat_mul(1.0, &vectors, &operands.t(), 0.0, &mut scores);
-    } else {
-        unreachable!("the shapes follow from the lengths");
-    }
-}
-
-/// The codewords that may be nearest, in ascending order.
-struct Candidates {
-    lowest: f32,
-    margin: f32,
-    list: Vec<(u32, f32)>,
-}
-
-impl Candidates {
-    const fn new(margin: f32) -> Self {
-        Self { lowest: f32::INFINITY, margin, list: Vec::new() }
-    }
-
-    /// The scores of the codewords from `first` on.
-    fn take(&mut self, first: u32, scores: &[f32]) {
-        let lowest = lowest(scores);
-        if lowest > self.lowest + self.margin {
-            return;
-        }
-        if lowest < self.lowest {
-            self.lowest = lowest;
-            let limit = lowest + self.margin;
-            self.list.retain(|(_, score)| *score <= limit);
-        }
-        let limit = self.lowest + self.margin;
-        for (first, scores) in (first..).step_by(LANES).zip(scores.chunks(LANES)) {
-            // Without a branch, so that a chunk is one comparison: hardly any holds a candidate.
-            if scores.iter().fold(false, |any, score| any | (*score <= limit)) {
-                let near = (first..).zip(scores).filter(|(_, score)| **score <= limit);
-                self.list.extend(near.map(|(index, score)| (index, *score)));
-            }
-        }
-    }
-}
-
-/// The lowest of some scores, in lanes that a compiler turns into vector instructions.
-fn lowest(scores: &[f32]) -> f32 {
-    let lower = |a: f32, b: f32| if b < a { b } else { a };
-    let mut lanes = [f32::INFINITY; LANES];
-    let chunks = scores.chunks_exact(LANES);
-    let rest = chunks.remainder();
-    for chunk in chunks {
-        for (lane, score) in lanes.iter_mut().zip(chunk) {
-            *lane = lower(*lane, *score);
-        }
-    }
-    lanes.iter().chain(rest).fold(f32::INFINITY, |a, b| lower(a, *b))
 }
 
 #[cfg(test)]

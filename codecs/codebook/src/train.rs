@@ -30,7 +30,15 @@ pub struct Training {
 pub fn train(vectors: &Vectors, training: &Training, run: &Progress<'_>) -> Result<Trained, Cancelled> {
     assert!(training.size > 0, "a codebook needs a codeword");
     let vectors = vectors.merged();
-    let first = training.initial.codewords(&vectors, training.size, training.seed, run)?;
-    let first = Codebook::nearest_to(&first, vectors.dimension(), training.quantiser);
-    refine(&vectors, first, training.size, training.stop, run)
+    let first = training.initial.begin(&vectors, training.size, training.seed, run)?;
+    let (codebook, places) = Codebook::placed(&first.codewords, vectors.dimension(), training.quantiser);
+    let cells = first.cells.map(|cells| cells.into_iter().map(|k| places[k as usize]).collect::<Vec<u32>>());
+    // Members of a cell side by side are read faster in every round.
+    let Some(mut cells) = cells else {
+        return refine(&vectors, codebook, None, training.size, training.stop, run);
+    };
+    let mut order: Vec<u32> = (0..cells.len() as u32).collect();
+    order.sort_by_key(|i| cells[*i as usize]);
+    cells.sort_unstable();
+    refine(&vectors.ordered(&order), codebook, Some(&cells), training.size, training.stop, run)
 }

@@ -1,7 +1,5 @@
 //! The training set.
 
-use std::collections::HashMap;
-
 /// Vectors of one dimension, each with a weight. Components are finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vectors {
@@ -105,12 +103,12 @@ impl Vectors {
     /// equal.
     #[must_use]
     pub fn merged(&self) -> Self {
-        let mut places: HashMap<Vec<u32>, usize> = HashMap::with_capacity(self.len());
+        let mut places = Places::for_many(self.len());
         let mut merged = Self::new(self.dimension);
         for (i, vector) in self.values.chunks_exact(self.dimension).enumerate() {
-            // −0 + 0 = 0.
-            let key = vector.iter().map(|v| (v + 0.0).to_bits()).collect();
-            let place = *places.entry(key).or_insert(merged.len());
+            let hash = hash(vector);
+            let equal = |place: usize| merged.vector(place) == vector;
+            let place = places.find_or_add(hash, merged.len(), equal);
             if place == merged.len() {
                 merged.push(vector, self.weights[i]);
             } else {
@@ -119,6 +117,70 @@ impl Vectors {
         }
         merged
     }
+
+    /// The vectors in another order: those numbered `order`, one after the other.
+    #[must_use]
+    pub(crate) fn ordered(&self, order: &[u32]) -> Self {
+        let mut ordered = Self {
+            dimension: self.dimension,
+            values: Vec::with_capacity(order.len() * self.dimension),
+            weights: Vec::with_capacity(order.len()),
+        };
+        for &i in order {
+            ordered.values.extend_from_slice(self.vector(i as usize));
+            ordered.weights.push(self.weights[i as usize]);
+        }
+        ordered
+    }
+}
+
+/// A table of places by hash: open addressing, at most half full.
+struct Places {
+    slots: Vec<(u32, u32)>,
+}
+
+impl Places {
+    const FREE: u32 = u32::MAX;
+
+    fn for_many(count: usize) -> Self {
+        Self { slots: vec![(0, Self::FREE); (2 * count).next_power_of_two().max(2)] }
+    }
+
+    /// The place of that hash for which `equal` holds, or `next`, which is then in the table.
+    fn find_or_add(&mut self, hash: u64, next: usize, equal: impl Fn(usize) -> bool) -> usize {
+        let mask = self.slots.len() - 1;
+        let mut slot = hash as usize & mask;
+        let tag = (hash >> 32) as u32;
+        loop {
+            match self.slots[slot] {
+                (_, Self::FREE) => {
+                    self.slots[slot] = (tag, next as u32);
+                    return next;
+                }
+                (other, place) if other == tag && equal(place as usize) => return place as usize,
+                _ => slot = (slot + 1) & mask,
+            }
+        }
+    }
+}
+
+/// Equal for equal vectors. Four chains, so that one multiplication does not wait for the other.
+fn hash(vector: &[f32]) -> u64 {
+    const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
+    let mix = |h: u64, x: f32| {
+        // −0 + 0 = 0.
+        let h = (h ^ u64::from((x + 0.0).to_bits())).wrapping_mul(FACTOR);
+        h ^ (h >> 29)
+    };
+    let mut chains = [1_u64, 2, 3, 4];
+    let fours = vector.chunks_exact(4);
+    let rest = fours.remainder();
+    for four in fours {
+        chains.iter_mut().zip(four).for_each(|(h, x)| *h = mix(*h, *x));
+    }
+    chains.iter_mut().zip(rest).for_each(|(h, x)| *h = mix(*h, *x));
+    let all = chains.iter().fold(0_u64, |h, chain| (h.rotate_left(23) ^ chain).wrapping_mul(FACTOR));
+    all ^ (all >> 32)
 }
 
 #[cfg(test)]

@@ -26,6 +26,14 @@ pub enum Initial {
     Random,
 }
 
+/// What refinement begins with.
+pub(crate) struct First {
+    /// One after the other.
+    pub codewords: Vec<f64>,
+    /// For each vector a codeword near to it, where making the codebook told one.
+    pub cells: Option<Vec<u32>>,
+}
+
 impl Initial {
     /// All names, as settings and records have them.
     pub const NAMES: &'static [&'static str] = &["pca", "pnn", "scalar", "random"];
@@ -62,12 +70,26 @@ impl Initial {
         seed: u64,
         run: &Progress<'_>,
     ) -> Result<Vec<f64>, Cancelled> {
-        match self {
-            Self::Pca => pca::split(vectors, size, run),
-            Self::Pnn => pnn::unite(vectors, size, seed, run),
-            Self::Scalar => scalar::grid(vectors, size, run),
-            Self::Random => Ok(random::draw(vectors, size, seed)),
-        }
+        Ok(self.begin(vectors, size, seed, run)?.codewords)
+    }
+
+    pub(crate) fn begin(
+        self,
+        vectors: &Vectors,
+        size: usize,
+        seed: u64,
+        run: &Progress<'_>,
+    ) -> Result<First, Cancelled> {
+        let codewords = match self {
+            Self::Pca => {
+                let split = pca::split(vectors, size, run)?;
+                return Ok(First { codewords: split.means, cells: Some(split.cells) });
+            }
+            Self::Pnn => pnn::unite(vectors, size, seed, run)?,
+            Self::Scalar => scalar::grid(vectors, size, run)?,
+            Self::Random => random::draw(vectors, size, seed),
+        };
+        Ok(First { codewords, cells: None })
     }
 }
 

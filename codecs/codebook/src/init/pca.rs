@@ -1,5 +1,8 @@
 //! PCA splits: the cell of largest distortion is cut at its mean, across its principal axis, until there are as many
 //! cells as codewords (Schneider and Westermann 2003).
+//!
+//! The next few cells in turn are cut at the same time, before it is known which will be the worst: a cut depends on its
+//! cell alone, and those that turn out not to be wanted are forgotten.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -8,24 +11,37 @@ use cvr_core::codec::{Cancelled, Progress};
 use rayon::prelude::*;
 
 use crate::Vectors;
+use crate::wide::{add_scaled, dot, dot_single, subtract, wide};
 
 /// Vectors of a task; sums over tasks are combined in order.
 const TASK: usize = 2048;
+/// Cells that are cut at the same time.
+const AHEAD: usize = 16;
 /// Vectors from which a principal axis is found, evenly spread over the cell.
-const AXIS_VECTORS: usize = 4096;
+const AXIS_VECTORS: usize = 512;
 /// Steps of the power iteration, at most.
-const AXIS_STEPS: usize = 24;
+const AXIS_STEPS: usize = 12;
 /// Squared sine of the angle between two steps below which the axis has settled.
-const AXIS_SETTLED: f64 = 1e-6;
+const AXIS_SETTLED: f32 = 1e-4;
 
 /// Vectors that one codeword will stand for.
 struct Cell {
-    /// Where their numbers stand in the order.
+    /// Numbers of the vectors, ascending.
+    members: Vec<u32>,
+    /// How many members lie in cells before this one.
     from: usize,
-    to: usize,
     mean: Vec<f64>,
     /// Weighted squared distance from the mean.
     distortion: f64,
+    cut: Cut,
+}
+
+/// What is known of a cell's halves.
+enum Cut {
+    Unknown,
+    /// All members are equal.
+    None,
+    Halves(Box<[Cell; 2]>),
 }
 
 impl PartialEq for Cell {
@@ -43,163 +59,257 @@ impl PartialOrd for Cell {
 }
 
 impl Ord for Cell {
-    /// Of equal distortions the cell that comes first in the order is the larger.
+    /// Of equal distortions the cell that comes first is the larger.
     fn cmp(&self, other: &Self) -> Ordering {
         self.distortion.total_cmp(&other.distortion).then(other.from.cmp(&self.from))
     }
 }
 
-/// Means of at most `size` cells, one after the other; fewer where cells are left that hold one vector each.
+/// The cells: their means, and for every vector the number of its cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Split {
+    /// At most as many as were asked for, one after the other; fewer where cells are left that hold one vector each.
+    pub means: Vec<f64>,
+    /// Cell of each vector.
+    pub cells: Vec<u32>,
+}
+
+/// Cuts the vectors into at most `size` cells.
 ///
 /// # Errors
 /// When `run` was cancelled.
 ///
 /// # Panics
 /// When there are no vectors.
-pub fn split(vectors: &Vectors, size: usize, run: &Progress<'_>) -> Result<Vec<f64>, Cancelled> {
+pub fn split(vectors: &Vectors, size: usize, run: &Progress<'_>) -> Result<Split, Cancelled> {
     assert!(!vectors.is_empty(), "no vectors to split");
-    let mut order: Vec<u32> = (0..vectors.len() as u32).collect();
-    let mut open = BinaryHeap::from([cell(vectors, &order, 0, order.len())]);
-    let mut closed = Vec::new();
+    let members: Vec<u32> = (0..vectors.len() as u32).collect();
+    let any: Vec<f64> = vectors.vector(0).iter().map(|x| f64::from(*x)).collect();
+    let whole = sums_of(vectors, &members, &any).cell(vectors, members, 0, &any);
+    let mut open = BinaryHeap::from([whole]);
+    let mut closed: Vec<Cell> = Vec::new();
     while open.len() + closed.len() < size
         && let Some(worst) = open.pop()
     {
-        let range = worst.from..worst.to;
-        let cut = if worst.distortion > 0.0 { cut(vectors, &mut order[range], &worst.mean) } else { None };
-        let Some(lower) = cut else {
-            closed.push(worst);
-            continue;
-        };
-        let middle = worst.from + lower;
-        open.push(cell(vectors, &order, worst.from, middle));
-        open.push(cell(vectors, &order, middle, worst.to));
-        if (worst.to - worst.from) > TASK {
-            run.advance(0)?;
+        match worst.cut {
+            Cut::Halves(halves) => open.extend(*halves),
+            Cut::None => closed.push(worst),
+            Cut::Unknown => {
+                run.advance(0)?;
+                let wanted = AHEAD.min(size - open.len() - closed.len() - 1);
+                let mut next = vec![worst];
+                while next.len() < wanted
+                    && let Some(cell) = open.pop()
+                {
+                    next.push(cell);
+                }
+                next.par_iter_mut().for_each(|cell| cell.cut_now(vectors));
+                open.extend(next);
+            }
         }
     }
     run.advance(0)?;
     closed.extend(open);
     closed.sort_unstable_by_key(|cell| cell.from);
-    Ok(closed.into_iter().flat_map(|cell| cell.mean).collect())
+    let mut cells = vec![0; vectors.len()];
+    for (k, cell) in closed.iter().enumerate() {
+        cell.members.iter().for_each(|i| cells[*i as usize] = k as u32);
+    }
+    Ok(Split { means: closed.into_iter().flat_map(|cell| cell.mean).collect(), cells })
 }
 
-fn cell(vectors: &Vectors, order: &[u32], from: usize, to: usize) -> Cell {
-    let members = &order[from..to];
-    let dimension = vectors.dimension();
-    let weight = |i: &u32| vectors.weight(*i as usize);
-    let total: f64 = members.iter().map(weight).sum();
-    let sums = summed(members, dimension, |i, sums| {
-        let weight = weight(&i);
-        for (sum, x) in sums.iter_mut().zip(vectors.vector(i as usize)) {
-            *sum += weight * f64::from(*x);
+/// Sums over some vectors, of differences from a point.
+struct Sums {
+    weight: f64,
+    differences: Vec<f64>,
+    squares: f64,
+}
+
+impl Sums {
+    fn none(dimension: usize) -> Self {
+        Self { weight: 0.0, differences: vec![0.0; dimension], squares: 0.0 }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, weight: f64, differences: &[f64]) {
+        self.weight += weight;
+        self.squares += weight * dot(differences, differences);
+        add_scaled(&mut self.differences, weight, differences);
+    }
+
+    fn join(mut self, other: &Self) -> Self {
+        self.weight += other.weight;
+        self.squares += other.squares;
+        add_scaled(&mut self.differences, 1.0, &other.differences);
+        self
+    }
+
+    /// The cell of these vectors; `point` is what the differences were taken from.
+    fn cell(self, vectors: &Vectors, members: Vec<u32>, from: usize, point: &[f64]) -> Cell {
+        if let [one] = members[..] {
+            let mean = vectors.vector(one as usize).iter().map(|x| f64::from(*x)).collect();
+            return Cell { members, from, mean, distortion: 0.0, cut: Cut::None };
         }
-    });
-    let mean: Vec<f64> = sums.into_iter().map(|sum| sum / total).collect();
-    let distortion = summed(members, 1, |i, sums| {
-        let square = |(x, m): (&f32, &f64)| (f64::from(*x) - m).powi(2);
-        sums[0] += weight(&i) * vectors.vector(i as usize).iter().zip(&mean).map(square).sum::<f64>();
-    });
-    // Equal vectors differ from their mean by rounding alone.
-    let distortion = if members.len() == 1 { 0.0 } else { distortion[0] };
-    Cell { from, to, mean, distortion }
+        let shift: Vec<f64> = self.differences.iter().map(|d| d / self.weight).collect();
+        let distortion = (self.squares - dot(&self.differences, &shift)).max(0.0);
+        let mean = point.iter().zip(shift).map(|(p, s)| p + s).collect();
+        Cell { members, from, mean, distortion, cut: Cut::Unknown }
+    }
 }
 
-/// Sums of `width` numbers over the members: in order within a task, then over the tasks in order.
-fn summed(members: &[u32], width: usize, add: impl Fn(u32, &mut [f64]) + Sync) -> Vec<f64> {
+/// Sums over the members: in order within a task, then over the tasks in order.
+fn sums_of(vectors: &Vectors, members: &[u32], point: &[f64]) -> Sums {
     let task = |members: &[u32]| {
-        let mut sums = vec![0.0; width];
-        members.iter().for_each(|i| add(*i, &mut sums));
-        sums
+        wide(|| {
+            let (mut sums, mut differences) = (Sums::none(point.len()), vec![0.0; point.len()]);
+            for &i in members {
+                subtract(vectors.vector(i as usize), point, &mut differences);
+                sums.add(vectors.weight(i as usize), &differences);
+            }
+            sums
+        })
     };
-    if members.len() <= TASK {
-        return task(members);
-    }
-    let parts: Vec<Vec<f64>> = members.par_chunks(TASK).map(task).collect();
-    let mut parts = parts.into_iter();
-    let first = parts.next().unwrap_or_default();
-    parts.fold(first, |mut sums, part| {
-        sums.iter_mut().zip(part).for_each(|(sum, more)| *sum += more);
-        sums
-    })
+    let parts: Vec<Sums> = members.par_chunks(TASK).map(task).collect();
+    parts.iter().fold(Sums::none(point.len()), Sums::join)
 }
 
-/// Reorders the members: those at or below the mean along the principal axis first. Returns how many these are;
-/// `None` where all members are equal.
-fn cut(vectors: &Vectors, members: &mut [u32], mean: &[f64]) -> Option<usize> {
-    let axis = principal_axis(vectors, members, mean);
-    let along = |i: u32| {
-        let terms = vectors.vector(i as usize).iter().zip(mean).zip(&axis);
-        terms.map(|((x, m), a)| (f64::from(*x) - m) * a).sum::<f64>()
-    };
-    let upper: Vec<bool> = members.par_iter().with_min_len(TASK).map(|i| along(*i) > 0.0).collect();
-    let lower = partition(members, &upper);
-    if lower > 0 && lower < members.len() {
-        return Some(lower);
-    }
-    // The axis is lost in rounding: cut the widest component in the middle.
-    let ends = |s: usize| {
-        let component = |i: &u32| vectors.vector(*i as usize)[s];
-        members.iter().map(component).fold((f32::MAX, f32::MIN), |(a, b), v| (a.min(v), b.max(v)))
-    };
-    let width = |s: &usize| {
-        let (low, high) = ends(*s);
-        f64::from(high) - f64::from(low)
-    };
-    let widest = (0..mean.len()).rev().max_by(|a, b| width(a).total_cmp(&width(b)))?;
-    let (low, high) = ends(widest);
-    if low >= high {
-        return None;
-    }
-    let middle = f64::midpoint(low.into(), high.into());
-    let upper: Vec<bool> =
-        members.iter().map(|i| f64::from(vectors.vector(*i as usize)[widest]) > middle).collect();
-    Some(partition(members, &upper))
+/// Members on both sides of a cut, and their sums.
+struct Sides {
+    members: [Vec<u32>; 2],
+    sums: [Sums; 2],
 }
 
-/// Members that are not upper first; both parts keep their order.
-fn partition(members: &mut [u32], upper: &[bool]) -> usize {
-    let side = |wanted| members.iter().zip(upper).filter(move |(_, u)| **u == wanted).map(|(i, _)| *i);
-    let sorted: Vec<u32> = side(false).chain(side(true)).collect();
-    members.copy_from_slice(&sorted);
-    upper.iter().filter(|u| !**u).count()
+impl Sides {
+    fn none(dimension: usize) -> Self {
+        Self { members: [Vec::new(), Vec::new()], sums: [Sums::none(dimension), Sums::none(dimension)] }
+    }
+
+    fn join(self, other: &Self) -> Self {
+        let [mut low, mut high] = self.members;
+        low.extend_from_slice(&other.members[0]);
+        high.extend_from_slice(&other.members[1]);
+        let [a, b] = self.sums;
+        Self { members: [low, high], sums: [a.join(&other.sums[0]), b.join(&other.sums[1])] }
+    }
+}
+
+impl Cell {
+    fn cut_now(&mut self, vectors: &Vectors) {
+        if !matches!(self.cut, Cut::Unknown) {
+            return;
+        }
+        let sides = if self.distortion > 0.0 { self.sides(vectors) } else { None };
+        self.cut = sides.map_or(Cut::None, |sides| {
+            let [low, high] = sides.members;
+            let [of_low, of_high] = sides.sums;
+            let middle = self.from + low.len();
+            let low = of_low.cell(vectors, low, self.from, &self.mean);
+            let high = of_high.cell(vectors, high, middle, &self.mean);
+            Cut::Halves(Box::new([low, high]))
+        });
+    }
+
+    /// Members at or below the mean along the principal axis, and those above; `None` where all are equal.
+    fn sides(&self, vectors: &Vectors) -> Option<Sides> {
+        let axis = principal_axis(vectors, &self.members, &self.mean);
+        let sides = self.parted(vectors, |_, differences| dot(differences, &axis) > 0.0);
+        if sides.members.iter().all(|side| !side.is_empty()) {
+            return Some(sides);
+        }
+        // The axis is lost in rounding: cut the widest component in the middle.
+        let ends = |s: usize| {
+            let component = |i: &u32| vectors.vector(*i as usize)[s];
+            self.members.iter().map(component).fold((f32::MAX, f32::MIN), |(a, b), v| (a.min(v), b.max(v)))
+        };
+        let width = |s: &usize| {
+            let (low, high) = ends(*s);
+            f64::from(high) - f64::from(low)
+        };
+        let widest = (0..self.mean.len()).rev().max_by(|a, b| width(a).total_cmp(&width(b)))?;
+        let (low, high) = ends(widest);
+        let middle = f64::midpoint(low.into(), high.into());
+        (low < high).then(|| self.parted(vectors, |vector, _| f64::from(vector[widest]) > middle))
+    }
+
+    /// The members by side; `is_upper` sees a vector and its difference from the mean.
+    fn parted(&self, vectors: &Vectors, is_upper: impl Fn(&[f32], &[f64]) -> bool + Sync) -> Sides {
+        let dimension = self.mean.len();
+        let task = |members: &[u32]| {
+            wide(|| {
+                let (mut sides, mut differences) = (Sides::none(dimension), vec![0.0; dimension]);
+                for &i in members {
+                    let vector = vectors.vector(i as usize);
+                    subtract(vector, &self.mean, &mut differences);
+                    let side = usize::from(is_upper(vector, &differences));
+                    sides.members[side].push(i);
+                    sides.sums[side].add(vectors.weight(i as usize), &differences);
+                }
+                sides
+            })
+        };
+        if self.members.len() <= TASK {
+            return task(&self.members);
+        }
+        let parts: Vec<Sides> = self.members.par_chunks(TASK).map(task).collect();
+        parts.iter().fold(Sides::none(dimension), Sides::join)
+    }
 }
 
 /// The direction of largest variance, of length 1, by power iteration: a step costs two products per component, where a
-/// decomposition of the covariance would need the square of the dimension in memory. It need not be exact: any axis
-/// near it cuts as well.
+/// decomposition of the covariance would need the square of the dimension in memory. It need not be exact, and is in
+/// single precision: any axis near it cuts as well.
 fn principal_axis(vectors: &Vectors, members: &[u32], mean: &[f64]) -> Vec<f64> {
-    let some: Vec<u32> = members.iter().copied().step_by(members.len().div_ceil(AXIS_VECTORS)).collect();
-    let centred = |i: u32| {
-        let vector = vectors.vector(i as usize);
-        vector.iter().zip(mean).map(|(x, m)| f64::from(*x) - m)
-    };
-    // The farthest member is a direction that the cell certainly extends in.
-    let length = |i: &u32| centred(*i).map(|d| d * d).sum::<f64>();
-    let farthest = some.iter().rev().max_by(|a, b| length(a).total_cmp(&length(b)));
-    let mut axis: Vec<f64> = farthest.map_or_else(|| vec![1.0; mean.len()], |i| centred(*i).collect());
-    normalise(&mut axis);
-    for _ in 0..AXIS_STEPS {
-        let mut next = summed(&some, mean.len(), |i, sums| {
-            let along: f64 = centred(i).zip(&axis).map(|(d, a)| d * a).sum();
-            let along = along * vectors.weight(i as usize);
-            sums.iter_mut().zip(centred(i)).for_each(|(sum, d)| *sum += along * d);
-        });
-        normalise(&mut next);
-        let cosine: f64 = next.iter().zip(&axis).map(|(a, b)| a * b).sum();
-        axis = next;
-        if 1.0 - cosine * cosine < AXIS_SETTLED {
-            break;
+    let dimension = mean.len();
+    let rows = centred(vectors, members, mean);
+    let axis = wide(|| {
+        // The farthest member is a direction that the cell certainly extends in.
+        let length = |row: &&[f32]| dot_single(row, row);
+        let farthest = rows.chunks_exact(dimension).rev().max_by(|a, b| length(a).total_cmp(&length(b)));
+        let mut axis = farthest.map_or_else(|| vec![1.0; dimension], <[f32]>::to_vec);
+        normalise(&mut axis);
+        let mut next = vec![0.0; dimension];
+        for _ in 0..AXIS_STEPS {
+            next.fill(0.0);
+            for row in rows.chunks_exact(dimension) {
+                let along = dot_single(row, &axis);
+                next.iter_mut().zip(row).for_each(|(sum, d)| *sum += along * d);
+            }
+            normalise(&mut next);
+            let cosine = dot_single(&next, &axis);
+            std::mem::swap(&mut axis, &mut next);
+            if 1.0 - cosine * cosine < AXIS_SETTLED {
+                break;
+            }
         }
-    }
-    axis
+        axis
+    });
+    axis.into_iter().map(f64::from).collect()
+}
+
+/// Differences of some members from the mean, times the root of their weights, scaled to at most 1.
+fn centred(vectors: &Vectors, members: &[u32], mean: &[f64]) -> Vec<f32> {
+    let dimension = mean.len();
+    wide(|| {
+        let some = members.iter().step_by(members.len().div_ceil(AXIS_VECTORS));
+        let mut rows = vec![0.0; some.len() * dimension];
+        for (&i, row) in some.zip(rows.chunks_exact_mut(dimension)) {
+            subtract(vectors.vector(i as usize), mean, row);
+            let root = vectors.weight(i as usize).sqrt();
+            row.iter_mut().for_each(|d| *d *= root);
+        }
+        let largest = rows.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+        rows.into_iter().map(|d| (d * scale) as f32).collect()
+    })
 }
 
 /// Scales to length 1, over the largest component first, so that no square overflows; leaves zero as it is.
-fn normalise(axis: &mut [f64]) {
-    let largest = axis.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+#[inline(always)]
+fn normalise(axis: &mut [f32]) {
+    let largest = axis.iter().fold(0.0, |m: f32, a| m.max(a.abs()));
     if largest > 0.0 {
         axis.iter_mut().for_each(|a| *a /= largest);
-        let length = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let length = dot_single(axis, axis).sqrt();
         axis.iter_mut().for_each(|a| *a /= length);
     }
 }
@@ -230,7 +340,7 @@ mod tests {
     fn the_axis_is_that_of_an_eigen_decomposition() {
         let vectors = slanted();
         let order: Vec<u32> = (0..vectors.len() as u32).collect();
-        let mean = cell(&vectors, &order, 0, order.len()).mean;
+        let mean = sums_of(&vectors, &order, &[0.0; 5]).cell(&vectors, order.clone(), 0, &[0.0; 5]).mean;
         let mut covariance = nalgebra::DMatrix::<f64>::zeros(5, 5);
         for i in 0..vectors.len() {
             let d: Vec<f64> = vectors.vector(i).iter().zip(&mean).map(|(x, m)| f64::from(*x) - m).collect();
@@ -250,7 +360,7 @@ mod tests {
         for i in 0..50_u8 {
             vectors.push(&[f32::from(i % 10), f32::from(i / 10) * 1e-3], 1.0);
         }
-        let means = split(&vectors, 64, &Progress::silent()).unwrap();
+        let means = split(&vectors, 64, &Progress::silent()).unwrap().means;
         assert_eq!(means.len(), 100);
         let distortion: f64 = means
             .chunks_exact(2)
@@ -260,13 +370,13 @@ mod tests {
             })
             .sum();
         assert_eq!(distortion, 0.0, "a mean is no vector");
-        assert_eq!(split(&vectors, 7, &Progress::silent()).unwrap().len(), 14);
+        assert_eq!(split(&vectors, 7, &Progress::silent()).unwrap().means.len(), 14);
     }
 
     #[test]
     fn equal_vectors_are_one_cell() {
         let vectors = Vectors::of_rows(3, [0.1, 0.7, 1e9].repeat(11));
-        let means = split(&vectors, 8, &Progress::silent()).unwrap();
+        let means = split(&vectors, 8, &Progress::silent()).unwrap().means;
         assert_eq!(means.len(), 3);
     }
 
