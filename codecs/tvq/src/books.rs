@@ -117,7 +117,7 @@ impl Book {
         let mut all = Vectors::new(VOXELS);
         parts.drain(..).for_each(|part| all.append(&part));
         let first = Codebook::nearest_to(&words[VOXELS..], VOXELS, quantiser);
-        let refined = refine(&all, first, size - 1, recipe.whole, run)?.codebook;
+        let refined = refine(&all, first, None, size - 1, recipe.whole, run)?.codebook;
         let values = refined.values().iter().map(|v| f64::from(*v));
         let words: Vec<f64> = std::iter::repeat_n(0.0, VOXELS).chain(values).collect();
         Ok(Self { partition, shift, codebook: Codebook::nearest_to(&words, VOXELS, quantiser), chapters })

@@ -309,4 +309,4 @@ impl<'a> Trainer<'a> {
 /// Part of a block's error that a code takes away, as a rule: blocks of which not even that would pay are not trained on.
 const PART_GAINED: f64 = 0.35;
 /// A codebook has no more codewords than one for so many blocks.
-const FEWEST_BLOCKS: f64 = 48.0;
+const FEWEST_BLOCKS: f64 = 4.0;

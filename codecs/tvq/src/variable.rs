@@ -18,6 +18,10 @@ use crate::train::Trainer;
 
 /// Blocks on which trials train.
 const OVERVIEW: u64 = 32768;
+/// Blocks of a table that are many.
+const MANY: f64 = 65536.0;
+/// Costs that differ by no more than this factor are about the same.
+const ABOUT_AS_GOOD: f64 = 1.02;
 /// Trials of one width.
 const TRIALS: usize = 6;
 /// How often codebooks are trained anew where a PSNR was missed.
@@ -221,24 +225,25 @@ fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
     if work.options.index_bits > 0 {
         return Ok(overview.find(Point { width: work.options.index_bits, error })?.0);
     }
-    let guess = ((work.blocks() / work.tables() / 600.0).max(1.0).log2().round() as u32).clamp(3, 10);
-    let (mut best, mut promise) = overview.find(Point { width: guess, error })?;
-    let cost = |point: Point, p: Promise| p.error + point.price() * p.bits;
-    for step in [-1_i32, 1] {
-        loop {
-            let width = (best.width as i32 + step) as u32;
-            if !(2..=12).contains(&width) {
-                break;
-            }
-            let next = Point { width, ..best };
-            let other = overview.trial(next)?;
-            if cost(best, other) >= cost(best, promise) {
-                break;
-            }
-            (best, promise) = (next, other);
-        }
+    // Widths that there are blocks for; the widest take too long on many blocks, and do not pay there.
+    let blocks = work.blocks() / work.tables();
+    let widest = ((blocks / 4.0).max(8.0).log2() as u32).min(if blocks > MANY { 8 } else { 12 });
+    let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6);
+    let (mut point, promise) = overview.find(Point { width: first, error })?;
+    let cost = |p: Promise| p.error + point.price() * p.bits;
+    let mut costs = vec![(first, cost(promise))];
+    let coarse = (first + 2..=widest).step_by(2).chain(first.checked_sub(1));
+    for width in coarse {
+        costs.push((width, cost(overview.trial(Point { width, ..point })?)));
     }
-    Ok(best)
+    let least = costs.iter().map(|c| c.1).fold(f64::INFINITY, f64::min);
+    // Of those about as good the widest: fewer codes are fewer fetches.
+    let good = costs.iter().filter(|c| c.1 <= ABOUT_AS_GOOD * least).map(|c| c.0);
+    point.width = good.max().unwrap_or(first);
+    if point.width.abs_diff(first) > 1 {
+        point = overview.find(point)?.0;
+    }
+    Ok(point)
 }
 
 fn code(work: &Work<'_>, point: Point) -> Result<Vec<Vec<Coded>>, EncodeError> {
