@@ -22,5 +22,6 @@ mod device {
     mod skipping;
     mod slicing;
     mod splitting;
+    mod stages;
     mod subjects;
 }

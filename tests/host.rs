@@ -27,5 +27,6 @@ mod host {
     mod skipping;
     mod skipping_runs;
     mod spacing;
+    mod stages;
     mod volumes;
 }

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use cvr_core::codec::decode_frame;
+use cvr_core::codec::decode_stages;
 use cvr_core::volume::{DenseVolume, FrameIndex, NoReferences, SampleType, Samples};
 
-use super::opened::Opened;
+use super::opened::{LevelArgs, Opened};
 use super::volume_args::check_output;
 use crate::exit::BadInput;
 use crate::input::write_nrrd;
@@ -22,6 +22,8 @@ pub struct Args {
     /// Write decoded values as they are, not rounded to the original's integers.
     #[arg(long)]
     float: bool,
+    #[command(flatten)]
+    level: LevelArgs,
 }
 
 /// Decodes a container.
@@ -31,10 +33,11 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     check_output(&args.out, &args.container)?;
     let opened = Opened::open(&args.container, &Names::new()?)?;
+    let stages = args.level.of(opened.codec.as_ref(), &opened.stream.spec().settings)?.stages;
     let mut layout = opened.decoder.layout().clone();
     let mut values = Vec::new();
     for frame in (0..layout.frames).map(FrameIndex) {
-        values.append(&mut decode_frame(opened.decoder.as_ref(), frame, &NoReferences)?);
+        values.append(&mut decode_stages(opened.decoder.as_ref(), frame, stages, &NoReferences)?);
     }
     if args.float {
         layout.sample = SampleType::F32;

@@ -88,7 +88,7 @@ fn order(provenance: &Provenance) -> Option<Vec<Identity>> {
     let identity = |c: &cvr_core::pipeline::Cell| {
         let (settings, site, filter) = (c.settings.to_string(), c.site.name(), c.filter.name());
         let names = [&c.volume, &c.codec, &settings, site, filter, &c.renderer, &c.scene];
-        (names.map(str::to_owned), c.skipping)
+        (names.map(str::to_owned), c.skipping, c.stages)
     };
     Some(resolution.cells.iter().map(identity).collect())
 }

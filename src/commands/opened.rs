@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use cvr_core::codec::{Codec, Decoder};
+use cvr_core::codec::{Codec, Decoder, Settings};
 use cvr_core::container::EncodedVolume;
+use cvr_core::pipeline::missing_stages;
+use cvr_core::volume::Level;
 
 use crate::exit::BadInput;
 use crate::registry::Names;
@@ -24,5 +26,23 @@ impl Opened {
         let codec = names.codecs().get(&stream.spec().codec).map_err(|e| at(e.to_string()))?.clone();
         let decoder = codec.decoder(stream.clone()).map_err(|e| at(e.to_string()))?;
         Ok(Self { stream, codec, decoder })
+    }
+}
+
+/// How much of a stream to decode.
+#[derive(Copy, Clone, Debug, clap::Args)]
+pub struct LevelArgs {
+    /// Decode only the first N stages, of a codec that refines in stages.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=254))]
+    stages: Option<u8>,
+}
+
+impl LevelArgs {
+    /// The level, which the codec with these complete settings has.
+    pub fn of(self, codec: &dyn Codec, settings: &Settings) -> Result<Level, BadInput> {
+        match missing_stages(codec, settings, self.stages) {
+            Some(reason) => Err(BadInput(reason.to_string())),
+            None => Ok(self.stages.map_or(Level::FULL, |stages| Level { stages, ..Level::FULL })),
+        }
     }
 }

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use cvr_core::codec::{Decoder, Site, encode_temporary};
 use cvr_core::pipeline::unsupported;
 use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{FrameIndex, ValueRange};
+use cvr_core::volume::{FrameIndex, Level, ValueRange};
 
-use super::opened::Opened;
+use super::opened::{LevelArgs, Opened};
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::BadInput;
@@ -36,6 +36,8 @@ pub struct Args {
     #[arg(long, default_value = "auto")]
     device: String,
     #[command(flatten)]
+    level: LevelArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -48,20 +50,21 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let scene = args.scene.scene()?;
-    let (codec, decoder) = open(args, &names)?;
+    let (codec, decoder, level) = open(args, &names)?;
     if let Some(reason) = unsupported(names.codecs().get(&codec)?.info(), args.site, args.scene.filter) {
         return Err(BadInput(reason.to_string()));
     }
-    let frame = Arc::new(DecodedFrame::decode(decoder.as_ref(), FrameIndex::FIRST)?);
+    let frame = DecodedFrame::decode_stages(decoder.as_ref(), FrameIndex::FIRST, level.stages)?;
+    let frame = Arc::new(frame);
     let range = ValueRange::of(frame.values().iter().copied()).unwrap_or(ValueRange { min: 0.0, max: 0.0 });
     check_range(range).map_err(BadInput)?;
     let target = Target::open(&args.device)?;
     let decoded = match args.site {
         Site::Host => Decoded::Host(target.upload(decoder.as_ref(), frame)?),
-        Site::Deferred => Decoded::Deferred(target.decode(&codec, decoder.as_ref(), &frame)?),
+        Site::Deferred => Decoded::Deferred(target.decode(&codec, decoder.as_ref(), level, &frame)?),
         _ => Decoded::Inline,
     };
-    let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), decoded };
+    let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), level, decoded };
     let picture = target.picture(renderer.as_ref(), &scene.view(range, args.scene.filter)?, &source)?;
     picture.image()?.write_png(&args.out, scene.background)?;
     say!("{}: {} on {}", args.out.display(), args.renderer, target.name());
@@ -69,15 +72,18 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
 }
 
 /// An encoded volume as it is, any other through the codec `raw`.
-fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>), BadInput> {
+fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>, Level), BadInput> {
     if is_container(&args.file) {
         let opened = Opened::open(&args.file, names)?;
-        return Ok((opened.codec.info().id.to_owned(), opened.decoder));
+        let level = args.level.of(opened.codec.as_ref(), &opened.stream.spec().settings)?;
+        return Ok((opened.codec.info().id.to_owned(), opened.decoder, level));
     }
     let volume = args.raw.load(&args.file)?.volume;
     let raw = names.codecs().get(RAW)?;
-    let stream = encode_temporary(raw.as_ref(), &raw.info().default_settings(), &volume)?;
-    Ok((RAW.to_owned(), raw.decoder(Arc::new(stream))?))
+    let settings = raw.info().default_settings();
+    let level = args.level.of(raw.as_ref(), &settings)?;
+    let stream = encode_temporary(raw.as_ref(), &settings, &volume)?;
+    Ok((RAW.to_owned(), raw.decoder(Arc::new(stream))?, level))
 }
 
 /// A site by its name.

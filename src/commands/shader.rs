@@ -11,7 +11,7 @@ use cvr_core::shader::{
 };
 use cvr_core::volume::{FrameIndex, Level, ValueRange};
 
-use super::opened::Opened;
+use super::opened::{LevelArgs, Opened};
 use super::scene_args::SceneArgs;
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, is_container};
@@ -40,6 +40,8 @@ pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
+    level: LevelArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -51,17 +53,18 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
-    let (codec, decoder) = open(args, &names)?;
+    let (codec, decoder, level) = open(args, &names)?;
     let range = ValueRange { min: 0.0, max: 1.0 };
     let plan = renderer.plan(&args.scene.scene()?.view(range, args.scene.filter)?, decoder.layout())?;
-    say!("{}", text(args, &codec, decoder.as_ref(), &plan)?.trim_end());
+    say!("{}", text(args, (&codec, decoder.as_ref(), level), &plan)?.trim_end());
     Ok(ExitCode::SUCCESS)
 }
 
-fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>), BadInput> {
+fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>, Level), BadInput> {
     if let Some(file) = args.file.as_ref().filter(|f| is_container(f)) {
         let opened = Opened::open(file, names)?;
-        return Ok((opened.codec.info().id.to_owned(), opened.decoder));
+        let level = args.level.of(opened.codec.as_ref(), &opened.stream.spec().settings)?;
+        return Ok((opened.codec.info().id.to_owned(), opened.decoder, level));
     }
     let codec = names.codecs().get(&args.codec)?;
     let volume = match &args.file {
@@ -73,16 +76,22 @@ fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>), BadInp
             LoadedVolume::new(String::new(), String::new(), dense).volume
         }
     };
-    let stream = encode_temporary(codec.as_ref(), &settings(codec.info(), &args.set)?, &volume)?;
-    Ok((args.codec.clone(), codec.decoder(Arc::new(stream))?))
+    let settings = settings(codec.info(), &args.set)?;
+    let level = args.level.of(codec.as_ref(), &settings)?;
+    let stream = encode_temporary(codec.as_ref(), &settings, &volume)?;
+    Ok((args.codec.clone(), codec.decoder(Arc::new(stream))?, level))
 }
 
-fn text(args: &Args, codec: &str, decoder: &dyn Decoder, plan: &Plan) -> Result<String, BadInput> {
+fn text(
+    args: &Args,
+    (codec, decoder, level): (&str, &dyn Decoder, Level),
+    plan: &Plan,
+) -> Result<String, BadInput> {
     let form = decoder.decoded_form();
     let texture = Source::Texture { form, sampling: TextureSampling::Hardware };
     let limits = BindingLimits::default();
     let mut texts = Vec::new();
-    let key = (FrameIndex::FIRST, Level::FULL);
+    let key = (FrameIndex::FIRST, level);
     let source = match (args.site, decoder.shader()) {
         (Site::Host, _) => texture,
         (Site::Deferred, _) => {

@@ -63,6 +63,7 @@ pub fn estimate<'l>(
                     settings: raw_settings.clone(),
                     site,
                     filter,
+                    stages: None,
                     ..cell.clone()
                 };
                 // Optimised linear is linear to raw, which does not offer it.

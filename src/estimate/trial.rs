@@ -121,14 +121,14 @@ impl Trial {
     pub fn frames(&self, target: &Target, cell: &Cell, scene: &Scene) -> Result<Frames, String> {
         let renderer = renderer(&cell.renderer)?;
         let decoder = self.encoded.decoder.as_ref();
-        let frame = &self.encoded.frame;
+        let (frame, level) = (&self.encoded.frame, cell.level());
         let decoded = match cell.site {
             Site::Host => target.upload(decoder, frame.clone()).map(Decoded::Host),
-            Site::Deferred => target.decode(&cell.codec, decoder, frame).map(Decoded::Deferred),
+            Site::Deferred => target.decode(&cell.codec, decoder, level, frame).map(Decoded::Deferred),
             _ => Ok(Decoded::Inline),
         };
-        let voxels =
-            VoxelSource { codec: &cell.codec, decoder, decoded: decoded.map_err(|e| e.to_string())? };
+        let decoded = decoded.map_err(|e| e.to_string())?;
+        let voxels = VoxelSource { codec: &cell.codec, decoder, level, decoded };
         let mut measured = [(0.0, 0.0); 2];
         for (side, measured) in SIDES.into_iter().zip(&mut measured) {
             let scene = small_scene(scene, side);

@@ -31,6 +31,7 @@ pub fn empty_record(cell: &Cell, volume: &FiniteVolume, target: &Target) -> Reco
         renderer: cell.renderer.clone(),
         scene: cell.scene.clone(),
         skipping: cell.skipping,
+        stages: cell.stages,
         device: target.name(),
         driver: target.driver(),
         voxels: layout.voxels(),
@@ -79,14 +80,15 @@ pub fn run(
 ) -> Result<(), String> {
     let go_on = || if stop.load(Ordering::Relaxed) { Err("stopped".to_owned()) } else { Ok(()) };
     go_on()?;
-    let voxels = VoxelSource { codec: &cell.codec, decoder: encoded.decoder.as_ref(), decoded };
+    let (decoder, level) = (encoded.decoder.as_ref(), encoded.level);
+    let voxels = VoxelSource { codec: &cell.codec, decoder, level, decoded };
     debug_assert_eq!(voxels.site(), cell.site);
     let background = stage.background();
     let mut view = stage.view(cell.filter)?;
     let unskipped = if cell.skipping { Some(stage.picture(&view, &voxels)?) } else { None };
     if cell.skipping {
-        let (decoder, function) = (encoded.decoder.as_ref(), &view.transfer_function);
-        view.macrocells = Some(encoded.macrocells.classify(decoder, function, stop, record)?);
+        let function = &view.transfer_function;
+        view.macrocells = Some(encoded.macrocells.classify(decoder, level, function, stop, record)?);
     }
     let picture = stage.picture(&view, &voxels)?;
     record.resident_bytes = picture.resident_bytes();

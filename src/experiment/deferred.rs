@@ -22,7 +22,7 @@ pub struct DeferredVolume {
 }
 
 impl Target {
-    /// Has the device decode the first frame. The mirror draws from `frame`, the same as decoded on the CPU.
+    /// Has the device decode the first frame at a level. The mirror draws from `frame`, the same as decoded on the CPU.
     ///
     /// # Errors
     /// When the codec has no shader, or the device refuses it or cannot hold the frame.
@@ -30,10 +30,11 @@ impl Target {
         &self,
         codec: &str,
         decoder: &dyn Decoder,
+        level: Level,
         frame: &Arc<DecodedFrame>,
     ) -> Result<DeferredVolume, DrawError> {
         let Self::Device(device) = self else { return Ok(DeferredVolume::of_mirror(frame)) };
-        let (texture, _) = VolumeTexture::decode(device, codec, decoder, FrameIndex::FIRST, Level::FULL)?;
+        let (texture, _) = VolumeTexture::decode(device, codec, decoder, FrameIndex::FIRST, level)?;
         Ok(DeferredVolume { texture: Some(Arc::new(texture)), frame: None })
     }
 }
@@ -49,7 +50,7 @@ pub struct SharedDecode {
 }
 
 impl SharedDecode {
-    /// Has the device decode the first frame, several times over. The mirror, which draws from `frame`, has nothing to
+    /// Has the device decode the first frame at a level, several times over. The mirror, which draws from `frame`, has nothing to
     /// time and to compare.
     ///
     /// # Errors
@@ -58,20 +59,21 @@ impl SharedDecode {
         target: &Target,
         codec: &str,
         decoder: &dyn Decoder,
+        level: Level,
         frame: &Arc<DecodedFrame>,
     ) -> Result<Self, DrawError> {
         let Target::Device(device) = target else {
             let volume = DeferredVolume::of_mirror(frame);
             return Ok(Self { volume, decode_ms: None, peak_bytes: None, parity: None });
         };
-        let passes = FrameDecoder::new(device, codec, decoder, FrameIndex::FIRST, Level::FULL)?;
+        let passes = FrameDecoder::new(device, codec, decoder, FrameIndex::FIRST, level)?;
         let (decode_ms, _) = repeated(|| passes.decode(), RUNS)?;
         let peak_bytes = Some(passes.peak_bytes());
         let texture = Some(Arc::new(passes.texture().clone()));
         // What only decoding needs is freed before the texture is read back.
         drop(passes);
         let volume = DeferredVolume { texture, frame: None };
-        let parity = volume.parity(target, decoder, frame)?;
+        let parity = volume.parity(target, decoder, level, frame)?;
         Ok(Self { volume, decode_ms: Some(decode_ms), peak_bytes, parity })
     }
 
@@ -106,6 +108,7 @@ impl DeferredVolume {
         &self,
         target: &Target,
         decoder: &dyn Decoder,
+        level: Level,
         frame: &DecodedFrame,
     ) -> Result<Option<Parity>, DrawError> {
         let agreement = deferred_agreement(decoder);
@@ -114,6 +117,7 @@ impl DeferredVolume {
             return Ok(None);
         };
         let values = texture.read(device)?;
-        Ok(Some(Parity::compare(decoder, agreement, FrameIndex::FIRST, frame.values(), &values)))
+        let key = (FrameIndex::FIRST, level);
+        Ok(Some(Parity::compare_at(decoder, agreement, key, frame.values(), &values)))
     }
 }

@@ -35,6 +35,7 @@ struct Inputs<'a> {
     site: &'a str,
     filter: &'a str,
     skipping: bool,
+    stages: Option<u8>,
     device: String,
     driver: String,
     cpu: String,
@@ -75,6 +76,7 @@ impl Keys<'_> {
             site: cell.site.name(),
             filter: cell.filter.name(),
             skipping: cell.skipping,
+            stages: cell.stages,
             device: target.name(),
             driver: target.driver(),
             cpu: machine::cpu(),
@@ -141,12 +143,13 @@ transfer_function = [[0, "#00000000"], [255, "#ffffffff"]]
         assert_eq!(first, key(&names, CONFIG, |_, _, _| {}));
         assert_eq!(first.len(), 64);
         type Change = fn(&mut Cell, &mut LoadedVolume, &mut Experiment);
-        let changes: [(&str, Change); 19] = [
+        let changes: [(&str, Change); 20] = [
             ("volume", |c, _, _| c.volume.push('2')),
             ("codec", |c, _, _| c.codec = "raw".to_owned()),
             ("site", |c, _, _| c.site = Site::Host),
             ("filter", |c, _, _| c.filter = Filter::Nearest),
             ("skipping", |c, _, _| c.skipping = true),
+            ("stages", |c, _, _| c.stages = Some(2)),
             ("renderer", |c, _, _| c.renderer.push('2')),
             ("settings", |c, _, _| c.settings.set("index_bits", cvr_core::codec::SettingValue::Integer(2))),
             ("samples", |_, v, _| v.provenance.blake3 = "0".repeat(64)),

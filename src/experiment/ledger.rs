@@ -138,7 +138,7 @@ fn is_of(picture: &ReferencePicture, cell: &Cell) -> bool {
 /// Name of the reference picture of a cell. It does not depend on which cell asks first, so that shards agree.
 pub(super) fn reference_id(cell: &Cell) -> String {
     let (codec, settings) = (String::new(), Settings::default());
-    let reference =
-        Cell { codec, settings, site: Site::Inline, filter: Filter::Linear, skipping: false, ..cell.clone() };
+    let (site, filter) = (Site::Inline, Filter::Linear);
+    let reference = Cell { codec, settings, site, filter, skipping: false, stages: None, ..cell.clone() };
     format!("reference-{}", reference.id())
 }

@@ -22,19 +22,20 @@ fn refuse(folder: &Path, problem: impl ToString) -> MergeError {
     MergeError { folder: folder.to_owned(), problem: problem.to_string() }
 }
 
-/// What a record is about, as its columns `volume` to `scene` say, and `skipping`.
-pub type Identity = ([String; 7], bool);
+/// What a record is about, as its columns `volume` to `scene` say, and `skipping` and `stages`.
+pub type Identity = ([String; 7], bool, Option<u8>);
 
 /// What a record is about.
 #[must_use]
 pub fn identity(r: &Record) -> Identity {
     let names = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene];
-    (names.map(Clone::clone), r.skipping)
+    (names.map(Clone::clone), r.skipping, r.stages)
 }
 
 /// An identity in words.
-fn in_words((names, skipping): &Identity) -> String {
-    format!("{}{}", names.join(" "), if *skipping { " skipping" } else { "" })
+fn in_words((names, skipping, stages): &Identity) -> String {
+    let stages = stages.map(|stages| format!(" stages={stages}")).unwrap_or_default();
+    format!("{}{}{stages}", names.join(" "), if *skipping { " skipping" } else { "" })
 }
 
 /// The results in one folder.

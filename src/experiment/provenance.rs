@@ -125,6 +125,9 @@ pub struct RefusedCell {
     /// Whether empty macrocells were to be skipped.
     #[serde(default)]
     pub skipping: bool,
+    /// How many stages were to be decoded; `None` for all.
+    #[serde(default)]
+    pub stages: Option<u8>,
     /// Why.
     pub reason: String,
 }

@@ -123,6 +123,10 @@ pub struct Record {
     /// Wall seconds on the CPU to decode the first frame macrocell by macrocell for the ranges of its values, once per
     /// volume, codec and settings. No frame time holds it.
     pub macrocell_seconds: Option<f64>,
+    /// Stages of the stream that were decoded, of those that it has; `None` for all. Errors and times are those of this
+    /// level; the file, and so its rate, is that of all stages.
+    #[serde(default)]
+    pub stages: Option<u8>,
 }
 
 /// Spread (interquartile range over median) of the paired ratio above which a frame time is flagged: the middle half

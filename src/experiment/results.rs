@@ -177,7 +177,7 @@ pub(crate) mod tests {
                 .starts_with("volume,codec,settings,site,filter,renderer,scene,device,driver,status,error,")
         );
         assert!(
-            header.ends_with(",empty_macrocells,skipping_mismatches,macrocell_seconds\n")
+            header.ends_with(",skipping_mismatches,macrocell_seconds,stages\n")
                 && header.lines().count() == 1
         );
         assert!(to_csv(&[record("v", "raw")]).unwrap().starts_with(&header));

@@ -188,6 +188,7 @@ fn refused_cell(refusal: &Refusal) -> RefusedCell {
         renderer: cell.renderer.clone(),
         scene: cell.scene.clone(),
         skipping: cell.skipping,
+        stages: cell.stages,
         reason: reason.to_string(),
     }
 }

@@ -80,6 +80,7 @@ mod tests {
                         site,
                         filter: Filter::Linear,
                         skipping: false,
+                        stages: None,
                     });
                 }
             }

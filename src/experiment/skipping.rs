@@ -11,7 +11,7 @@ use cvr_engine::timing::{FrameTime, PairBudget, paired};
 
 use super::record::Record;
 
-/// The macrocells of a stream's first frame, decoded when a cell first asks for them.
+/// The macrocells of a stream's first frame at one level, decoded when a cell first asks for them.
 #[derive(Debug, Default)]
 pub struct LazyRanges(OnceLock<(MacrocellRanges, f64)>);
 
@@ -20,12 +20,17 @@ impl LazyRanges {
     ///
     /// # Errors
     /// A sentence, when decoding fails or `stop` turns true.
-    pub fn get(&self, decoder: &dyn Decoder, stop: &AtomicBool) -> Result<&(MacrocellRanges, f64), String> {
+    pub fn get(
+        &self,
+        decoder: &dyn Decoder,
+        level: Level,
+        stop: &AtomicBool,
+    ) -> Result<&(MacrocellRanges, f64), String> {
         if let Some(ranges) = self.0.get() {
             return Ok(ranges);
         }
         let start = Instant::now();
-        let ranges = MacrocellRanges::decode(decoder, FrameIndex::FIRST, Level::FULL, stop);
+        let ranges = MacrocellRanges::decode(decoder, FrameIndex::FIRST, level, stop);
         let ranges = ranges.map_err(|e| e.to_string())?.ok_or("stopped")?;
         Ok(self.0.get_or_init(|| (ranges, start.elapsed().as_secs_f64())))
     }
@@ -37,11 +42,12 @@ impl LazyRanges {
     pub fn classify(
         &self,
         decoder: &dyn Decoder,
+        level: Level,
         transfer_function: &TransferFunction,
         stop: &AtomicBool,
         record: &mut Record,
     ) -> Result<Arc<Macrocells>, String> {
-        let (ranges, seconds) = self.get(decoder, stop)?;
+        let (ranges, seconds) = self.get(decoder, level, stop)?;
         let macrocells = ranges.classify(transfer_function);
         record.macrocell_seconds = Some(*seconds);
         record.empty_macrocells = Some(macrocells.empty_share());

@@ -59,13 +59,13 @@ impl RawVolume {
             Site::Deferred => Decoded::Deferred(match self.deferred.get() {
                 Some(volume) => volume.clone(),
                 None => {
-                    let volume = target.decode(RAW, decoder, &self.encoded.frame)?;
+                    let volume = target.decode(RAW, decoder, self.encoded.level, &self.encoded.frame)?;
                     self.deferred.get_or_init(|| volume).clone()
                 }
             }),
             _ => Decoded::Inline,
         };
-        Ok(VoxelSource { codec: RAW, decoder, decoded })
+        Ok(VoxelSource { codec: RAW, decoder, level: self.encoded.level, decoded })
     }
 }
 

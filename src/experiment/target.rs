@@ -126,15 +126,19 @@ impl Target {
         let layout = voxels.decoder.layout();
         let plan = renderer.plan(view, layout)?;
         let kind = match (self, &voxels.decoded) {
-            (Self::Cpu { .. }, decoded) => {
-                Kind::Mirror { renderer, view: view.clone(), decoder: voxels.decoder, frame: decoded.frame() }
-            }
+            (Self::Cpu { .. }, decoded) => Kind::Mirror {
+                renderer,
+                view: Box::new(view.clone()),
+                decoder: voxels.decoder,
+                level: voxels.level,
+                frame: decoded.frame(),
+            },
             (Self::Device(device), Decoded::Inline) => {
                 let source = DrawSource::Inline {
                     codec: voxels.codec,
                     decoder: voxels.decoder,
                     frame: FrameIndex::FIRST,
-                    level: Level::FULL,
+                    level: voxels.level,
                 };
                 Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
             }
@@ -207,6 +211,8 @@ pub struct VoxelSource<'a> {
     pub codec: &'a str,
     /// The opened stream.
     pub decoder: &'a dyn Decoder,
+    /// The level that is drawn, and of what is decoded already.
+    pub level: Level,
     /// What is decoded already.
     pub decoded: Decoded,
 }
@@ -236,8 +242,9 @@ enum Kind<'a> {
     Device(Box<Drawing>),
     Mirror {
         renderer: &'a dyn Renderer,
-        view: View,
+        view: Box<View>,
         decoder: &'a dyn Decoder,
+        level: Level,
         frame: Option<Arc<DecodedFrame>>,
     },
 }
@@ -305,13 +312,16 @@ impl Picture<'_> {
     }
 
     fn mirror(&self) -> Result<Image, DrawError> {
-        let Kind::Mirror { renderer, view, decoder, frame } = &self.kind else {
+        let Kind::Mirror { renderer, view, decoder, level, frame } = &self.kind else {
             return Err(EngineError::Unsupported("a device's picture has no mirror".to_owned()).into());
         };
         let mut image = Image::new(view.size);
         match frame {
             Some(frame) => renderer.reference(view, &**frame, &mut image)?,
-            None => renderer.reference(view, &DecoderVoxels::new(*decoder, FrameIndex::FIRST), &mut image)?,
+            None => {
+                let voxels = DecoderVoxels::new(*decoder, FrameIndex::FIRST).with_stages(level.stages);
+                renderer.reference(view, &voxels, &mut image)?;
+            }
         }
         Ok(image)
     }

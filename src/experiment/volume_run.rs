@@ -7,6 +7,7 @@ use std::sync::Arc;
 use cvr_core::codec::{Codec, Progress, Settings, Site};
 use cvr_core::pipeline::Cell;
 use cvr_core::render::{Filter, Renderer};
+use cvr_core::volume::Level;
 
 use super::cell_run::{self, empty_record, record_encoding, write_picture};
 use super::deferred::SharedDecode;
@@ -20,7 +21,7 @@ use super::target::{Decoded, HostVolume, Target};
 use super::volumes::LoadedVolume;
 use crate::registry::renderer;
 
-/// What cells of one codec and its settings share beside the stream, as long as one of them runs.
+/// What cells of one codec, its settings and a level share beside the stream, as long as one of them runs.
 struct Shared {
     /// Mismatches of the site *inline*, where a cell asks for it.
     parity: Result<Option<u64>, String>,
@@ -143,7 +144,37 @@ impl<'a> VolumeRun<'a> {
         if self.run.stopped() {
             return Ok(());
         }
-        let shared = self.shared(cells, &encoded);
+        let mut levels: Vec<Level> = Vec::new();
+        cells.iter().map(|n| n.cell.level()).for_each(|level| {
+            if !levels.contains(&level) {
+                levels.push(level);
+            }
+        });
+        for level in levels {
+            if self.must_end() {
+                break;
+            }
+            let of_level: Vec<Numbered<'b>> =
+                cells.iter().copied().filter(|n| n.cell.level() == level).collect();
+            // What all stages decode to is at hand.
+            let at_level = match &encoded {
+                Ok(encoded) if level != encoded.level => Some(encoded.at(level, &self.volume.volume)),
+                _ => None,
+            };
+            self.level_cells(&of_level, at_level.as_ref().unwrap_or(&encoded), stages, ledger)?;
+        }
+        Ok(())
+    }
+
+    /// Those of them that are drawn at one level.
+    fn level_cells<'b>(
+        &self,
+        cells: &[Numbered<'b>],
+        encoded: &Result<Encoded, String>,
+        stages: &mut Stages<'b>,
+        ledger: &mut Ledger<'_>,
+    ) -> Result<(), RunError> {
+        let shared = self.shared(cells, encoded);
         for &Numbered { index, cell } in cells {
             if self.run.stopped() {
                 break;
@@ -151,7 +182,7 @@ impl<'a> VolumeRun<'a> {
             (self.run.report)(ledger.done(), &cell.id());
             let mut record = empty_record(cell, &self.volume.volume, self.target);
             let stage = stages.get_mut(&(cell.scene.as_str(), cell.renderer.as_str()));
-            let result = match (&encoded, stage) {
+            let result = match (encoded, stage) {
                 (Ok(encoded), Some(Ok(stage))) => {
                     record_encoding(&mut record, encoded, shared.parity.as_ref().ok().copied().flatten());
                     self.cell(&mut record, cell, encoded, &shared, stage)
@@ -204,7 +235,7 @@ impl<'a> VolumeRun<'a> {
             Site::Deferred => {
                 let decode = || {
                     let decoder = encoded.decoder.as_ref();
-                    SharedDecode::new(self.target, &cell.codec, decoder, &encoded.frame)
+                    SharedDecode::new(self.target, &cell.codec, decoder, encoded.level, &encoded.frame)
                         .map_err(|e| e.to_string())
                 };
                 Decoded::Deferred(shared.deferred.get_or_init(decode).as_ref()?.enter(record)?)

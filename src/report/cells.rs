@@ -92,9 +92,10 @@ pub(super) fn blends(record: &Record) -> bool {
     record.filter != "nearest"
 }
 
-/// Codec and settings.
+/// Codec and settings, and how many stages where these are not all.
 pub(super) fn codec_name(record: &Record) -> String {
-    [record.codec.as_str(), record.settings.as_str()].join(" ").trim_end().to_owned()
+    let stages = record.stages.map(|stages| format!(" (stages {stages})")).unwrap_or_default();
+    [record.codec.as_str(), record.settings.as_str()].join(" ").trim_end().to_owned() + &stages
 }
 
 /// Codec, settings, site and filter, and whether it skips.

@@ -150,10 +150,13 @@ fn volume_values(v: &VolumeProvenance) -> Value {
 }
 
 fn refused_values(cell: &RefusedCell) -> Value {
-    let RefusedCell { volume, codec, settings, site, mut filter, renderer, scene, skipping, reason } =
+    let RefusedCell { volume, codec, settings, site, mut filter, renderer, scene, skipping, stages, reason } =
         cell.clone();
     if skipping {
         filter += ", skipping";
+    }
+    if let Some(stages) = stages {
+        filter += &format!(", stages {stages}");
     }
     let cells = vec![volume, codec, settings, site, filter, renderer, scene, reason];
     Value::from(cells)

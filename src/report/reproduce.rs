@@ -32,6 +32,7 @@ pub(super) fn cell_id(record: &Record) -> Option<String> {
         site: Site::ALL.into_iter().find(|site| site.name() == record.site)?,
         filter: Filter::ALL.into_iter().find(|filter| filter.name() == record.filter)?,
         skipping: record.skipping,
+        stages: record.stages,
     };
     Some(cell.id())
 }

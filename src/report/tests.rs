@@ -153,6 +153,7 @@ fn sample(dir: &Path) -> (Provenance, Vec<Record>, Vec<RefusedCell>) {
         renderer: "raycasting".into(),
         scene: "front".into(),
         skipping: false,
+        stages: None,
         reason: "codec raw offers no fetch of a whole cell".into(),
     }];
     (provenance, records, refused)

@@ -149,8 +149,8 @@ fn a_wrong_snippet_is_caught() {
         assert!(!parity(&mutated, &texels).holds(), "{id}: `{to}` goes unnoticed");
         let frame = Arc::new(DecodedFrame::decode(&mutated, FIRST).unwrap());
         let target = Target::Device(device.clone());
-        let volume = target.decode(id, &mutated, &frame).unwrap();
-        let told = volume.parity(&target, &mutated, &frame).unwrap().unwrap();
+        let volume = target.decode(id, &mutated, Level::FULL, &frame).unwrap();
+        let told = volume.parity(&target, &mutated, Level::FULL, &frame).unwrap().unwrap();
         assert!(!told.holds(), "{id}: {told}");
     }
     // One texel off by one.

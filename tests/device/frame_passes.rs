@@ -120,8 +120,8 @@ fn a_wrong_pass_is_caught() {
         // And a run's own comparison.
         let target = Target::Device(device.clone());
         let frame = cvr_core::render::DecodedFrame::decode(&haar, FIRST).unwrap().into();
-        let volume = target.decode("haar", &haar, &frame).unwrap();
-        let told = volume.parity(&target, &haar, &frame).unwrap().unwrap();
+        let volume = target.decode("haar", &haar, Level::FULL, &frame).unwrap();
+        let told = volume.parity(&target, &haar, Level::FULL, &frame).unwrap().unwrap();
         assert_eq!(told, parity, "{pass:?}");
     }
 }

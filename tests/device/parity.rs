@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use cvr::input::{self, Generator};
 use cvr::registry;
-use cvr_core::codec::{Agreement, Codec, Parity, Settings, Site, VoxelDump};
+use cvr_core::codec::{Agreement, Codec, Parity, Settings, Site, VoxelDump, decode_stages};
 use cvr_core::conformance;
-use cvr_core::volume::{Extent, FiniteVolume, FrameIndex, SampleType};
+use cvr_core::volume::{Extent, FiniteVolume, FrameIndex, Level, NoReferences, SampleType};
 use cvr_engine::Device;
 use cvr_engine::testing::test_device;
 
-use super::subjects::{ODD, codec, decoded, encoded, noise, settings, sweep};
+use super::subjects::{ODD, codec, encoded, noise, settings, sweep};
 
-/// Dumps through `fetch` and, where there is one, `fetch_cell`. Returns the samples compared.
+/// Dumps every level through `fetch` and, where there is one, `fetch_cell`. Returns the samples compared.
 fn check(device: &Device, codec: &dyn Codec, settings: &Settings, volume: &FiniteVolume, name: &str) -> u64 {
     let info = codec.info();
     let decoder = encoded(codec, settings, volume);
@@ -20,14 +20,19 @@ fn check(device: &Device, codec: &dyn Codec, settings: &Settings, volume: &Finit
         assert!(!info.sites.contains(&Site::Inline), "{} {settings}: site inline, but no shader", info.id);
         return 0;
     };
-    let cpu = decoded(decoder.as_ref());
     let mut samples = 0;
-    for use_cell in [false, true].into_iter().take(1 + usize::from(info.fetch_cell)) {
-        let dump = device.dump(info.id, decoder.as_ref(), FrameIndex::FIRST, use_cell).unwrap();
-        let parity = Parity::compare(decoder.as_ref(), shader.agreement(), FrameIndex::FIRST, &cpu, &dump);
-        assert!(parity.holds(), "{} {settings}, {name}, cell: {use_cell}: {parity}", info.id);
-        assert_eq!(dump.len(), cpu.len());
-        samples += parity.samples;
+    let most = codec.stages(&settings.complete(info).unwrap());
+    for stages in (1..most).chain([Level::ALL_STAGES]) {
+        let key = (FrameIndex::FIRST, Level { stages, ..Level::FULL });
+        let cpu = decode_stages(decoder.as_ref(), key.0, stages, &NoReferences).unwrap();
+        for use_cell in [false, true].into_iter().take(1 + usize::from(info.fetch_cell)) {
+            let dump = device.dump_at(info.id, decoder.as_ref(), key, use_cell).unwrap();
+            let parity = Parity::compare_at(decoder.as_ref(), shader.agreement(), key, &cpu, &dump);
+            let how = format!("stages: {stages}, cell: {use_cell}");
+            assert!(parity.holds(), "{} {settings}, {name}, {how}: {parity}", info.id);
+            assert_eq!(dump.len(), cpu.len());
+            samples += parity.samples;
+        }
     }
     samples
 }

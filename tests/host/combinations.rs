@@ -77,6 +77,7 @@ pub fn everything(names: &Names) -> Experiment {
             sites: Site::ALL.to_vec(),
             filters: Filter::ALL.to_vec(),
             skipping: vec![false],
+            stages: vec![None],
         },
         ..experiment
     }

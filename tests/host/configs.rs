@@ -41,10 +41,14 @@ fn every_configuration_resolves() {
     }
     let expected = [
         ("compare", 60, 0),
+        ("hvq", 20, 16),
         ("quickstart", 34, 11),
         ("renderers", 104, 40),
         ("s3dc-table1", 42, 0),
         ("skipping", 96, 0),
+        ("tvq-classification", 8, 0),
+        ("tvq-progressive", 32, 0),
+        ("tvq-rate-distortion", 20, 0),
         ("vq", 24, 0),
     ];
     assert_eq!(counts, expected.map(|(name, cells, refused)| (name.to_owned(), cells, refused)));

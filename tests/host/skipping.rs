@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use cvr::registry::{Names, renderer};
-use cvr_core::codec::{DecodeError, Decoder, Settings, decode_frame};
+use cvr_core::codec::{DecodeError, Decoder, Settings, decode_stages};
 use cvr_core::pipeline::parse_colour;
 use cvr_core::render::{
     Camera, Cell, ClipBox, ControlPoint, DecodedFrame, Filter, Image, MacrocellRanges, Macrocells,
@@ -314,7 +314,30 @@ impl Decoder for Unaproned<'_> {
     }
 }
 
-/// Every value that a codec decodes lies in the ranges of all macrocells within reach of it.
+/// Holds every value of a level to the ranges of all macrocells within reach of it; returns how many these are.
+fn held(decoder: &dyn Decoder, stages: u8, name: &str) -> usize {
+    let (stop, level) = (AtomicBool::new(false), Level { stages, ..Level::FULL });
+    let ranges = MacrocellRanges::decode(decoder, FrameIndex::FIRST, level, &stop).unwrap().unwrap();
+    let extent = decoder.layout().extent;
+    let frame = decode_stages(decoder, FrameIndex::FIRST, stages, &NoReferences).unwrap();
+    let size = Extent::cube(Macrocells::EDGE).unwrap();
+    assert_eq!(ranges.grid(), extent.blocks_of(size));
+    let mut values = 0;
+    for cell in (0..ranges.grid().voxels() as usize).map(|i| ranges.grid().position(i)) {
+        let range = ranges.range(cell).unwrap();
+        let region = Region::block(cell, size, extent).with_apron(1, extent);
+        for row in region.rows() {
+            let first = extent.index(row);
+            for value in &frame[first..first + region.extent.x() as usize] {
+                assert!(range.contains(*value), "{name} {cell:?}: {value} in {range:?}");
+                values += 1;
+            }
+        }
+    }
+    values
+}
+
+/// Every value that a codec decodes lies in the ranges of all macrocells within reach of it, at each of its levels.
 #[test]
 fn ranges_hold_every_decoded_value() {
     let names = Names::new().unwrap();
@@ -322,6 +345,8 @@ fn ranges_hold_every_decoded_value() {
     for codec in names.codecs().iter() {
         let (name, choices) = match codec.info().id {
             "raw" => ("bits", ["native", "8", "half"]),
+            "hvq" => ("detail_codewords", ["2", "16", "300"]),
+            "tvq" => ("index_bits", ["0", "4", "8"]),
             _ => ("block", ["3x5x2", "4", "16"]),
         };
         for choice in choices {
@@ -330,24 +355,9 @@ fn ranges_hold_every_decoded_value() {
                 settings.set(name, choice.into());
                 let settings = settings.complete(codec.info()).unwrap();
                 let decoder = opened(codec.as_ref(), &settings, &varied([19, 8, 25], sample, 1));
-                let ranges = ranges(decoder.as_ref());
-                let extent = decoder.layout().extent;
-                let frame = decode_frame(decoder.as_ref(), FrameIndex::FIRST, &NoReferences).unwrap();
-                let size = Extent::cube(Macrocells::EDGE).unwrap();
-                assert_eq!(ranges.grid(), extent.blocks_of(size));
-                for cell in (0..ranges.grid().voxels() as usize).map(|i| ranges.grid().position(i)) {
-                    let range = ranges.range(cell).unwrap();
-                    let region = Region::block(cell, size, extent).with_apron(1, extent);
-                    for row in region.rows() {
-                        let first = extent.index(row);
-                        for value in &frame[first..first + region.extent.x() as usize] {
-                            assert!(
-                                range.contains(*value),
-                                "{settings} {sample} {cell:?}: {value} in {range:?}"
-                            );
-                            values += 1;
-                        }
-                    }
+                for stages in (1..codec.stages(&settings)).chain([Level::ALL_STAGES]) {
+                    let name = format!("{settings} {sample}, stages {stages}");
+                    values += held(decoder.as_ref(), stages, &name);
                 }
             }
         }

@@ -14,7 +14,7 @@ use crate::code::{Coder, Plane};
 use crate::fixed;
 use crate::geometry::{Geometry, Parameters, Payload, VALUE_BITS, VOXELS, block_grid, positions, sub_blocks};
 use crate::payload::packed_entries;
-use crate::settings::Options;
+use crate::settings::{Options, Target};
 use crate::table::{BookForm, Table};
 use crate::train::Training;
 use crate::variable::{self, Kept};
@@ -82,14 +82,16 @@ impl Encoder for TvqEncoder {
             .map_err(EncodeError::Unsupported)?;
         let options = self.options;
         let sets = domains(&layout, &options);
-        let work = Work { source, run, options, layout, quantiser, span: range.span(), sets };
-        let (coded, kept) = match options.payload {
-            Payload::Fixed => (fixed::encode(&work)?, None),
-            Payload::Variable => {
-                let (coded, kept) = variable::encode(&work)?;
-                (coded, Some(kept))
+        let mut work = Work { source, run, options, layout, quantiser, span: range.span(), sets };
+        if let Target::Both { rate, psnr } = options.target {
+            work.options.target = Target::Psnr(psnr);
+            let (coded, kept) = work.code()?;
+            if work.bits(&coded, kept.as_ref()) <= rate * work.samples() {
+                return work.write(&coded, kept.as_ref(), out);
             }
-        };
+            work.options.target = Target::Rate(rate);
+        }
+        let (coded, kept) = work.code()?;
         work.write(&coded, kept.as_ref(), out)
     }
 }
@@ -112,6 +114,22 @@ fn domains(layout: &VolumeLayout, options: &Options) -> Vec<Vec<Domain>> {
 }
 
 impl Work<'_> {
+    /// Codebooks and codes, and how many codes each block keeps.
+    fn code(&self) -> Result<(Vec<Vec<Coded>>, Option<Kept>), EncodeError> {
+        match self.options.payload {
+            Payload::Fixed => Ok((fixed::encode(self)?, None)),
+            Payload::Variable => variable::encode(self).map(|(coded, kept)| (coded, Some(kept))),
+        }
+    }
+
+    /// Bits of the whole file, about.
+    fn bits(&self, coded: &[Vec<Coded>], kept: Option<&Kept>) -> f64 {
+        match kept {
+            None => fixed::bits(self, coded) + self.overhead(3),
+            Some(kept) => variable::bits(self, coded, kept),
+        }
+    }
+
     /// How codebooks are trained; `quick` for those that only tell what is to be expected.
     pub fn training(&self, quick: bool) -> Training {
         let rounds = if quick { self.options.iterations.min(2) } else { self.options.iterations };

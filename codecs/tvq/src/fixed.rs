@@ -132,7 +132,7 @@ pub fn encode(work: &Work<'_>) -> Result<Vec<Vec<Coded>>, EncodeError> {
             }
             code(work, plan.widths(work, budget, true))
         }
-        Target::Psnr(psnr) => least(work, &plan, psnr),
+        Target::Psnr(psnr) | Target::Both { psnr, .. } => least(work, &plan, psnr),
     }
 }
 
@@ -179,7 +179,7 @@ fn total_error(coded: &[Vec<Coded>]) -> f64 {
 }
 
 /// Bits of means, codes and codebooks.
-fn bits(work: &Work<'_>, coded: &[Vec<Coded>]) -> f64 {
+pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>]) -> f64 {
     let entry_bits = f64::from(work.options.entry_bits);
     let of_table = |c: &Coded| {
         let entries: usize = c.books.iter().map(|b| b.size() * VOXELS).sum();

@@ -66,6 +66,11 @@ impl Codec for Tvq {
         &INFO
     }
 
+    /// The means, and each partition.
+    fn stages(&self, _settings: &Settings) -> u8 {
+        4
+    }
+
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
         Ok(Box::new(encode::TvqEncoder { options: settings::Options::of(settings)? }))
     }

@@ -19,13 +19,13 @@ pub const SETTINGS: &[Setting] = &[
         name: "rate",
         doc: "bits per sample of the whole file, at most; 0 = no such target",
         kind: SettingKind::Float { min: 0.0, max: 16.0 },
-        default: "0",
+        default: "0.0",
     },
     Setting {
         name: "psnr",
-        doc: "decibels, at the least rate that reaches them; 0 = no such target",
+        doc: "decibels, at the least rate that reaches them, within `rate` if that is set too; 0 = no such target",
         kind: SettingKind::Float { min: 0.0, max: 100.0 },
-        default: "0",
+        default: "0.0",
     },
     Setting {
         name: "index_bits",
@@ -62,7 +62,7 @@ pub const SETTINGS: &[Setting] = &[
         doc: "root mean square error, in data units, that a class may leave; 0 = what the quantisers are expected to \
               leave",
         kind: SettingKind::Float { min: 0.0, max: 1e30 },
-        default: "0",
+        default: "0.0",
     },
     Setting {
         name: "subvolume",
@@ -117,6 +117,8 @@ pub enum Target {
     Rate(f64),
     /// Decibels.
     Psnr(f64),
+    /// Decibels, if they take no more than so many bits per sample.
+    Both { rate: f64, psnr: f64 },
 }
 
 /// Bits of the codes of a block, without a target.
@@ -150,16 +152,14 @@ impl Options {
     /// Of complete settings.
     ///
     /// # Errors
-    /// When two targets are set.
+    /// When one is missing.
     pub fn of(settings: &Settings) -> Result<Self, ConfigError> {
         let incomplete = |name: &str| ConfigError::Incomplete(name.to_owned());
         let integer = |name| u32::try_from(settings.integer(name)?).map_err(|_| incomplete(name));
         let (rate, psnr) = (settings.float("rate")?, settings.float("psnr")?);
-        if rate > 0.0 && psnr > 0.0 {
-            let problem = "`rate` and `psnr` are both set; leave one of them at 0";
-            return Err(ConfigError::Contradiction(problem.to_owned()));
-        }
-        let target = if rate > 0.0 {
+        let target = if rate > 0.0 && psnr > 0.0 {
+            Target::Both { rate, psnr }
+        } else if rate > 0.0 {
             Target::Rate(rate)
         } else if psnr > 0.0 {
             Target::Psnr(psnr)

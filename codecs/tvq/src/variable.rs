@@ -425,6 +425,12 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
     Ok(Written { tables, books, frames, notes: notes(work, coded, kept), training })
 }
 
+/// Bits of the whole file, about.
+pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> f64 {
+    let kept: Vec<&Vec<Vec<u8>>> = kept.iter().flatten().collect();
+    total(work, coded, |d, p, _, n| kept[d][p][n]).bits
+}
+
 fn notes(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Vec<String> {
     let kept: Vec<&Vec<Vec<u8>>> = kept.iter().flatten().collect();
     let Sum { bits, error } = total(work, coded, |d, p, _, n| kept[d][p][n]);

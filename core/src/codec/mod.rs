@@ -33,12 +33,18 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::container::EncodedVolume;
-use crate::volume::{BrickKey, Dependencies, FrameIndex, ReferenceFrames, ValueRange, VolumeLayout};
+use crate::volume::{BrickKey, Dependencies, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout};
 
 /// A compression method for volumes.
 pub trait Codec: Send + Sync + Debug {
     /// Identity, capabilities and the schema of the settings.
     fn info(&self) -> &CodecInfo;
+
+    /// Stages of a volume encoded with these (complete) settings: the levels of refinement at which it decodes, by the
+    /// first, by the first two and so on. A codec without such levels has one.
+    fn stages(&self, _settings: &Settings) -> u8 {
+        1
+    }
 
     /// An encoder with these settings, which are complete (defaults filled in) and of the declared kinds.
     ///
@@ -111,6 +117,19 @@ pub fn decode_frame(
     frame: FrameIndex,
     references: &dyn ReferenceFrames,
 ) -> Result<Vec<f32>, DecodeError> {
+    decode_stages(decoder, frame, Level::ALL_STAGES, references)
+}
+
+/// The same from the first `stages` of a stream alone; more than there are stand for all.
+///
+/// # Errors
+/// As [`Decoder::decode_brick`].
+pub fn decode_stages(
+    decoder: &dyn Decoder,
+    frame: FrameIndex,
+    stages: u8,
+    references: &dyn ReferenceFrames,
+) -> Result<Vec<f32>, DecodeError> {
     use rayon::prelude::*;
 
     use crate::volume::{Extent, Region};
@@ -125,7 +144,8 @@ pub fn decode_frame(
         let slices = (out.len() / slab) as u32;
         let extent = Extent::new(x, y, slices).map_err(|e| DecodeError::Corrupt(e.to_string()))?;
         let region = Region { origin: [0, 0, i as u32 * SLICES], extent };
-        decoder.decode_brick(BrickKey::full(frame, region), references, out)
+        let level = Level { stages, ..Level::FULL };
+        decoder.decode_brick(BrickKey { frame, level, region }, references, out)
     })?;
     Ok(out)
 }

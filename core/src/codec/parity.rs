@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{Agreement, Decoder};
-use crate::volume::{BrickKey, FrameIndex, Region};
+use crate::volume::{BrickKey, FrameIndex, Level, Region};
 
 /// How a dump of one frame compares with the CPU decoder. Its `Display` is a sentence.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -39,14 +39,26 @@ impl Parity {
         cpu: &[f32],
         shader: &[f32],
     ) -> Self {
+        Self::compare_at(decoder, agreement, (frame, Level::FULL), cpu, shader)
+    }
+
+    /// The same where both were decoded at a level.
+    #[must_use]
+    pub fn compare_at(
+        decoder: &dyn Decoder,
+        agreement: Agreement,
+        (frame, level): (FrameIndex, Level),
+        cpu: &[f32],
+        shader: &[f32],
+    ) -> Self {
         let layout = decoder.layout();
         let (x, y) = (u64::from(layout.extent.x()), u64::from(layout.extent.y()));
         let allowed = |sample: u64, cpu: f32, shader: f32| {
             let voxel = sample / u64::from(layout.channels);
             let p = [(voxel % x) as u32, (voxel / x % y) as u32, (voxel / x / y) as u32];
+            let key = BrickKey { frame, level, region: Region::voxel(p) };
             // Most samples are equal to the bit; only the others need the range of their block.
-            cpu == shader
-                || agreement.allows(cpu, shader, decoder.value_range(BrickKey::full(frame, Region::voxel(p))))
+            cpu == shader || agreement.allows(cpu, shader, decoder.value_range(key))
         };
         let pairs = (0..).zip(cpu.iter().zip(shader));
         let mut bad = pairs

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::{DecodeError, Decoder};
-use crate::volume::{FrameIndex, ValueRange};
+use crate::volume::{FrameIndex, Level, ValueRange};
 
 /// The decode side of a codec in WGSL.
 pub trait ShaderDecode: Send + Sync {
@@ -108,14 +108,33 @@ pub trait VoxelDump {
         decoder: &dyn Decoder,
         frame: FrameIndex,
         use_cell: bool,
-    ) -> Result<Vec<f32>, String>;
+    ) -> Result<Vec<f32>, String> {
+        self.dump_at(codec, decoder, (frame, Level::FULL), use_cell)
+    }
 
-    /// All decoded samples of `frame`, in the same order, as the site *deferred* decodes them: by the codec's own
-    /// passes if it brings any, and through the texel of [`Decoder::decoded_form`].
+    /// The same at a level.
     ///
     /// # Errors
     /// As [`VoxelDump::dump`].
-    fn dump_frame(&self, codec: &str, decoder: &dyn Decoder, frame: FrameIndex) -> Result<Vec<f32>, String>;
+    fn dump_at(
+        &self,
+        codec: &str,
+        decoder: &dyn Decoder,
+        key: (FrameIndex, Level),
+        use_cell: bool,
+    ) -> Result<Vec<f32>, String>;
+
+    /// All decoded samples of a frame at a level, in the same order, as the site *deferred* decodes them: by the codec's
+    /// own passes if it brings any, and through the texel of [`Decoder::decoded_form`].
+    ///
+    /// # Errors
+    /// As [`VoxelDump::dump`].
+    fn dump_frame(
+        &self,
+        codec: &str,
+        decoder: &dyn Decoder,
+        key: (FrameIndex, Level),
+    ) -> Result<Vec<f32>, String>;
 }
 
 /// Format of one texel.

@@ -21,8 +21,8 @@ pub fn check_stream(volume: &EncodedVolume, info: &CodecInfo) -> Result<(), Deco
     Ok(())
 }
 
-/// Whether a codec of one resolution and one stage holds this brick: the frame exists, the region lies inside,
-/// the resolution is 0 and at least one stage is asked for. Allocates only to refuse.
+/// Whether a codec of one resolution holds this brick: the frame exists, the region lies inside, the resolution is 0 and
+/// at least one stage is asked for; more stages than there are stand for all. Allocates only to refuse.
 ///
 /// # Errors
 /// [`DecodeError::NoSuchBrick`] otherwise.

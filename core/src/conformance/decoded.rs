@@ -1,7 +1,7 @@
 //! All frames of a stream, decoded in an order that their dependencies allow.
 
-use crate::codec::{Decoder, decode_frame};
-use crate::volume::{Dependencies, FrameIndex, ReferenceFrames};
+use crate::codec::{Decoder, decode_stages};
+use crate::volume::{Dependencies, FrameIndex, Level, ReferenceFrames};
 
 /// Decoded frames; those at hand serve as references.
 #[derive(Debug, Default)]
@@ -16,6 +16,11 @@ impl ReferenceFrames for Decoded {
 impl Decoded {
     /// Decodes every frame; a sentence says why that fails.
     pub fn all(decoder: &dyn Decoder) -> Result<Self, String> {
+        Self::stages(decoder, Level::ALL_STAGES)
+    }
+
+    /// Decodes every frame from the first `stages`.
+    pub fn stages(decoder: &dyn Decoder, stages: u8) -> Result<Self, String> {
         let frames = decoder.layout().frames;
         let mut decoded = Self((0..frames).map(|_| None).collect());
         for _ in 0..frames {
@@ -31,7 +36,7 @@ impl Decoded {
             let Some(next) = (0..frames).map(FrameIndex).find(ready) else {
                 return Err("the dependencies of the frames form a circle".to_owned());
             };
-            let values = decode_frame(decoder, next, &decoded)
+            let values = decode_stages(decoder, next, stages, &decoded)
                 .map_err(|e| format!("frame {} does not decode: {e}", next.0))?;
             decoded.0[next.0 as usize] = Some(values);
         }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::decoded::Decoded;
 use super::{Case, Property, Report};
-use crate::codec::{Parity, Site, VoxelDump};
-use crate::volume::FrameIndex;
+use crate::codec::{Agreement, Decoder, Parity, Site, VoxelDump};
+use crate::volume::{FrameIndex, Level};
 
 /// Dumps every frame, through `fetch` and, where there is one, `fetch_cell`; and as the codec's own passes rebuild it.
 pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
@@ -17,30 +17,49 @@ pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
     let lacks_frame = voxel.is_none() && frame.is_none() && info.sites.contains(&Site::Deferred);
     report
         .check(Property::Parity, !lacks_frame, || "site deferred, but neither passes nor shader".to_owned());
-    // Name, whether by `fetch_cell` if by a snippet at all, and what is stated.
-    let mut paths = Vec::new();
+    let mut paths: Vec<Path> = Vec::new();
     if let Some(shader) = voxel {
         paths.push(("fetch", Some(false), shader.agreement()));
         paths.extend(info.fetch_cell.then(|| ("fetch_cell", Some(true), shader.agreement())));
     }
     paths.extend(frame.map(|shader| ("passes", None, shader.agreement())));
-    let Ok(decoded) = Decoded::all(decoder.as_ref()) else { return };
+    let most = case.codec.stages(case.settings);
+    for stages in (1..most).chain([Level::ALL_STAGES]) {
+        let level = Level { stages, ..Level::FULL };
+        at_level(info.id, decoder.as_ref(), level, &paths, dump, report);
+    }
+}
+
+/// Name of a path, whether by `fetch_cell` if by a snippet at all, and what is stated.
+type Path = (&'static str, Option<bool>, Agreement);
+
+fn at_level(
+    codec: &str,
+    decoder: &dyn Decoder,
+    level: Level,
+    paths: &[Path],
+    dump: &dyn VoxelDump,
+    report: &mut Report,
+) {
+    let Ok(decoded) = Decoded::stages(decoder, level.stages) else { return };
     for frame in (0..decoder.layout().frames).map(FrameIndex) {
-        for &(path, use_cell, agreement) in &paths {
+        let key = (frame, level);
+        for &(path, use_cell, agreement) in paths {
             let dumped = match use_cell {
-                Some(use_cell) => dump.dump(info.id, decoder.as_ref(), frame, use_cell),
-                None => dump.dump_frame(info.id, decoder.as_ref(), frame),
+                Some(use_cell) => dump.dump_at(codec, decoder, key, use_cell),
+                None => dump.dump_frame(codec, decoder, key),
             };
             let problem = match dumped {
                 Ok(actual) => {
                     let expected = decoded.values(frame);
-                    let parity = Parity::compare(decoder.as_ref(), agreement, frame, expected, &actual);
+                    let parity = Parity::compare_at(decoder, agreement, key, expected, &actual);
                     (!parity.holds()).then(|| parity.to_string())
                 }
                 Err(e) => Some(e),
             };
             report.check(Property::Parity, problem.is_none(), || {
-                format!("frame {}, {path}: {}", frame.0, problem.unwrap_or_default())
+                let problem = problem.unwrap_or_default();
+                format!("frame {}, stages {}, {path}: {problem}", frame.0, level.stages)
             });
         }
     }

@@ -23,8 +23,9 @@ pub fn check(case: &Case<'_>, report: &mut Report) {
     };
     for frame in (0..layout.frames).map(FrameIndex) {
         bound(case, frame, decoded.values(frame), report);
-        regions(decoder.as_ref(), frame, &decoded, report);
+        regions(decoder.as_ref(), (frame, Level::FULL), &decoded, report);
     }
+    stages(case, decoder.as_ref(), &decoded, report);
     keys(decoder.as_ref(), &decoded, report);
     if let Some(shader) = decoder.shader() {
         let problem = module::problem(case.codec.info(), decoder.as_ref(), shader);
@@ -53,12 +54,57 @@ fn bound(case: &Case<'_>, frame: FrameIndex, decoded: &[f32], report: &mut Repor
     });
 }
 
+/// Every level of fewer stages: finite, consistent, and no better than the next.
+fn stages(case: &Case<'_>, decoder: &dyn Decoder, all: &Decoded, report: &mut Report) {
+    let most = case.codec.stages(case.settings);
+    let mut better: Option<Vec<f64>> = None;
+    for stages in (1..=most).rev() {
+        let decoded = match Decoded::stages(decoder, stages) {
+            Ok(decoded) => decoded,
+            Err(e) => return report.fail(Property::Stages, format!("{stages} stages: {e}")),
+        };
+        let frames = (0..case.volume.layout().frames).map(FrameIndex);
+        let level = Level { stages, ..Level::FULL };
+        let mut errors = Vec::new();
+        for frame in frames {
+            let values = decoded.values(frame);
+            if stages == most {
+                let problem = difference(all.values(frame), values);
+                report.check(Property::Stages, problem.is_none(), || {
+                    format!("{stages} stages are not all: {problem:?}")
+                });
+            } else {
+                let strange = values.iter().position(|v| !v.is_finite());
+                report.check(Property::Stages, strange.is_none(), || {
+                    format!("{stages} stages: sample {strange:?} is not finite")
+                });
+                regions(decoder, (frame, level), &decoded, report);
+            }
+            let source = case.volume.dense().frame_values(frame);
+            let square = |(d, s): (&f32, &f32)| (f64::from(*d) - f64::from(*s)).powi(2);
+            errors.push(values.iter().zip(&source).map(square).sum::<f64>());
+        }
+        for (frame, (own, more)) in errors.iter().zip(better.iter().flatten()).enumerate() {
+            // Sums of squares are rounded.
+            report.check(Property::Stages, *more <= own * (1.0 + 1e-9), || {
+                format!("frame {frame}: squared error {own} of {stages} stages, {more} of one more")
+            });
+        }
+        better = Some(errors);
+    }
+}
+
 /// Parts of a frame decode to what the whole decodes to, and lie in their `value_range`.
-fn regions(decoder: &dyn Decoder, frame: FrameIndex, decoded: &Decoded, report: &mut Report) {
+fn regions(
+    decoder: &dyn Decoder,
+    (frame, level): (FrameIndex, Level),
+    decoded: &Decoded,
+    report: &mut Report,
+) {
     let layout = decoder.layout();
     let whole = decoded.values(frame);
     for region in some_regions(layout.extent) {
-        let key = BrickKey::full(frame, region);
+        let key = BrickKey { frame, level, region };
         let expected = cut(layout, whole, region);
         let mut part = vec![f32::NAN; expected.len()];
         let problem = match decoder.decode_brick(key, decoded, &mut part) {

@@ -22,6 +22,8 @@ pub enum Property {
     Range,
     /// Any region decodes to what the whole decodes to.
     Regions,
+    /// More stages never raise the mean squared error, and as many as there are stand for all.
+    Stages,
     /// Regions, frames and levels that do not exist are refused.
     Keys,
     /// Damaged streams are refused, without a panic.

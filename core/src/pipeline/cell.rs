@@ -2,6 +2,7 @@
 
 use crate::codec::{Settings, Site};
 use crate::render::Filter;
+use crate::volume::Level;
 
 /// One combination: what one record is about.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,14 +23,22 @@ pub struct Cell {
     pub filter: Filter,
     /// Whether empty macrocells are skipped.
     pub skipping: bool,
+    /// How many stages of the stream are decoded; `None` for all.
+    pub stages: Option<u8>,
 }
 
 impl Cell {
     /// Longest [`Cell::id`] in bytes: it leaves room for endings within the 255 of common file systems.
     pub const MAX_ID_BYTES: usize = 200;
 
+    /// The level that is decoded.
+    #[must_use]
+    pub fn level(&self) -> Level {
+        self.stages.map_or(Level::FULL, |stages| Level { stages, ..Level::FULL })
+    }
+
     /// A name for files and for resuming: `bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-linear`, and
-    /// `-skipping` where it is so.
+    /// `-skipping` and `-stages=2` where it is so.
     ///
     /// It has only letters, digits and `._=,-`, depends on the cell alone, and differs between different cells:
     /// where a name had to be changed, holds a `-` (which could blur the borders) or is too long, a checksum of
@@ -39,9 +48,11 @@ impl Cell {
         let settings: Vec<String> = self.settings.iter().map(|(n, v)| format!("{n}={v}")).collect();
         let settings = settings.join(",");
         let (site, filter) = (self.site.name(), self.filter.name());
+        let stages = self.stages.map(|stages| format!("stages={stages}"));
         let mut parts =
             vec![&*self.volume, &*self.codec, &*settings, &*self.scene, &*self.renderer, site, filter];
         parts.extend(self.skipping.then_some("skipping"));
+        parts.extend(stages.as_deref());
         let is_safe = |c: char| c.is_ascii_alphanumeric() || "._=,-".contains(c);
         let written: Vec<&str> = parts.iter().copied().filter(|p| !p.is_empty()).collect();
         let mut id: String = written.join("-").chars().map(|c| if is_safe(c) { c } else { '_' }).collect();

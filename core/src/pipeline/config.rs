@@ -6,7 +6,7 @@ use crate::render::Filter;
 use crate::volume::{Extent, SampleType, StoredType};
 
 /// An experiment: volumes × codecs and their settings × scenes × renderers × sites × filters ×
-/// skipping.
+/// skipping × stages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
     /// Name, for reports and folders.
@@ -165,6 +165,8 @@ pub struct PipelineAxes {
     pub filters: Vec<Filter>,
     /// Whether empty macrocells are skipped; default only `false`.
     pub skipping: Vec<bool>,
+    /// How many stages of a stream are decoded, each at least 1; `None` for all that there are, the default.
+    pub stages: Vec<Option<u8>>,
 }
 
 /// No scene applies to a volume.

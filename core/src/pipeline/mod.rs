@@ -28,6 +28,6 @@ pub use config::{
 pub use document::Document;
 pub use file_path::{FilePath, FilePathError, UnsetVariable};
 pub use parse::{InvalidExperiment, Known};
-pub use resolve::{Capabilities, Reason, Refusal, Resolution, resolve, unsupported};
+pub use resolve::{Capabilities, Reason, Refusal, Resolution, missing_stages, resolve, unsupported};
 pub use scene::{Scene, TransferDomain};
 pub use schema::{json_schema, markdown};

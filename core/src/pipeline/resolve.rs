@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 
 use super::{Cell, CodecSweep, Experiment, Known, PipelineAxes, Sweep};
-use crate::codec::{CodecInfo, Settings, Site};
+use crate::codec::{Codec, CodecInfo, Settings, Site};
 use crate::render::Filter;
 
 /// What this machine and build cannot do; the default is that nothing is lacking.
@@ -17,7 +17,7 @@ pub struct Capabilities {
 /// An experiment, multiplied out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Resolution {
-    /// The cells to run, each once: by volume, codec, settings, scene, renderer, site, filter and skipping,
+    /// The cells to run, each once: by volume, codec, settings, scene, renderer, site, filter, skipping and stages,
     /// each in the order of the configuration.
     pub cells: Vec<Cell>,
     /// The combinations that cannot run, in the same order.
@@ -55,6 +55,15 @@ pub enum Reason {
         /// Codec id.
         codec: String,
     },
+    /// The codec has not so many stages.
+    Stages {
+        /// Codec id.
+        codec: String,
+        /// Stages asked for.
+        asked: u8,
+        /// Stages that it has with these settings.
+        most: u8,
+    },
     /// The codec refuses the settings, in its own words.
     Settings(String),
     /// This machine or build lacks something.
@@ -82,6 +91,13 @@ impl fmt::Display for Reason {
                 "filter {}: codec {codec} has no fetch_cell; use filter linear",
                 Filter::OptimisedLinear
             ),
+            Self::Stages { codec, asked, most: 1 } => write!(
+                f,
+                "stages {asked}: codec {codec} has no stages that could be left out; use stages \"all\""
+            ),
+            Self::Stages { codec, asked, most } => {
+                write!(f, "stages {asked}: codec {codec} has {most} stages; use 1 to {most}, or \"all\"")
+            }
             Self::Settings(problem) | Self::Missing(problem) => f.write_str(problem),
             Self::Repeated => {
                 f.write_str("the same settings stand earlier in the configuration, written in another way")
@@ -103,7 +119,7 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
     for volume in &experiment.volumes {
         for codec in &codecs {
             for scene in experiment.scenes_of(&volume.name) {
-                for Axes { renderer, site, filter, skipping } in axes(experiment) {
+                for Axes { renderer, site, filter, skipping, stages } in axes(experiment) {
                     let cell = Cell {
                         volume: volume.name.clone(),
                         codec: codec.id.clone(),
@@ -113,12 +129,14 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
                         site,
                         filter,
                         skipping,
+                        stages,
                     };
                     let repeated = (!seen.insert(cell.id())).then_some(Reason::Repeated);
                     let reason = repeated
                         .or_else(|| codec.problem.clone())
                         .or_else(|| renderer_problem(renderer, known))
-                        .or_else(|| codec.info.and_then(|info| unsupported(info, site, filter)))
+                        .or_else(|| codec.codec.and_then(|codec| unsupported(codec.info(), site, filter)))
+                        .or_else(|| codec.codec.and_then(|c| missing_stages(c, &codec.settings, stages)))
                         .or_else(|| site_problem(site, capabilities));
                     match reason {
                         Some(reason) => resolution.refused.push(Refusal { cell, reason }),
@@ -135,7 +153,7 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
 struct ResolvedCodec<'a> {
     id: String,
     settings: Settings,
-    info: Option<&'a CodecInfo>,
+    codec: Option<&'a dyn Codec>,
     problem: Option<Reason>,
 }
 
@@ -150,8 +168,8 @@ fn settings_of<'a>(sweep: &CodecSweep, known: &Known<'a>) -> Vec<ResolvedCodec<'
         });
         let (settings, problem) =
             checked.unwrap_or_else(|problem| (written, Some(Reason::Settings(problem))));
-        let info = codec.as_ref().ok().map(|codec| codec.info());
-        ResolvedCodec { id: sweep.id.clone(), settings, info, problem }
+        let codec = codec.as_ref().ok().copied().map(AsRef::as_ref);
+        ResolvedCodec { id: sweep.id.clone(), settings, codec, problem }
     };
     Sweep::combinations(&sweep.sweeps).into_iter().map(resolved).collect()
 }
@@ -163,14 +181,18 @@ struct Axes<'a> {
     site: Site,
     filter: Filter,
     skipping: bool,
+    stages: Option<u8>,
 }
 
 fn axes(experiment: &Experiment) -> impl Iterator<Item = Axes<'_>> {
-    let PipelineAxes { renderers, sites, filters, skipping } = &experiment.pipeline;
+    let PipelineAxes { renderers, sites, filters, skipping, stages } = &experiment.pipeline;
     renderers.iter().flat_map(move |renderer| {
         sites.iter().flat_map(move |&site| {
             filters.iter().flat_map(move |&filter| {
-                skipping.iter().map(move |&skipping| Axes { renderer, site, filter, skipping })
+                let axes = move |skipping| {
+                    stages.iter().map(move |&stages| Axes { renderer, site, filter, skipping, stages })
+                };
+                skipping.iter().flat_map(move |&skipping| axes(skipping))
             })
         })
     })
@@ -196,6 +218,15 @@ pub fn unsupported(info: &CodecInfo, site: Site, filter: Filter) -> Option<Reaso
         }
         _ => None,
     }
+}
+
+/// Why a codec with these settings, which are complete, cannot decode so few or many stages; `None` when it can. All
+/// that there are (`None`) is always possible; a codec of one stage has nothing to choose.
+#[must_use]
+pub fn missing_stages(codec: &dyn Codec, settings: &Settings, stages: Option<u8>) -> Option<Reason> {
+    let (asked, most) = (stages?, codec.stages(settings));
+    let reason = Reason::Stages { codec: codec.info().id.to_owned(), asked, most };
+    (asked > most || most == 1).then_some(reason)
 }
 
 fn site_problem(site: Site, capabilities: &Capabilities) -> Option<Reason> {

@@ -1,8 +1,8 @@
 //! What the CPU mirror of a renderer reads voxels from.
 
 use super::RenderError;
-use crate::codec::{DecodeError, Decoder, decode_frame};
-use crate::volume::{BrickKey, Extent, FrameIndex, NoReferences, Region, VolumeLayout};
+use crate::codec::{DecodeError, Decoder, decode_stages};
+use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region, VolumeLayout};
 
 /// Values at the corners of a cell; corner `i` takes x from bit 0, y from bit 1, z from bit 2 of `i`. A scalar
 /// lies in the first component.
@@ -51,7 +51,15 @@ impl DecodedFrame {
     /// # Errors
     /// As [`Decoder::decode_brick`].
     pub fn decode(decoder: &dyn Decoder, frame: FrameIndex) -> Result<Self, DecodeError> {
-        let values = decode_frame(decoder, frame, &NoReferences)?;
+        Self::decode_stages(decoder, frame, Level::ALL_STAGES)
+    }
+
+    /// The same from the first `stages` alone.
+    ///
+    /// # Errors
+    /// As [`Decoder::decode_brick`].
+    pub fn decode_stages(decoder: &dyn Decoder, frame: FrameIndex, stages: u8) -> Result<Self, DecodeError> {
+        let values = decode_stages(decoder, frame, stages, &NoReferences)?;
         Ok(Self { layout: decoder.layout().clone(), values })
     }
 
@@ -97,19 +105,25 @@ impl Voxels for DecodedFrame {
 pub struct DecoderVoxels<'a> {
     decoder: &'a dyn Decoder,
     frame: FrameIndex,
+    level: Level,
 }
 
 impl<'a> DecoderVoxels<'a> {
     /// Draws `frame` of `decoder`.
     #[must_use]
     pub const fn new(decoder: &'a dyn Decoder, frame: FrameIndex) -> Self {
-        Self { decoder, frame }
+        Self { decoder, frame, level: Level::FULL }
+    }
+
+    /// The same from the first stages alone.
+    #[must_use]
+    pub const fn with_stages(self, stages: u8) -> Self {
+        Self { level: Level { stages, ..self.level }, ..self }
     }
 
     fn decode(&self, region: Region, out: &mut [f32]) -> Result<(), RenderError> {
-        self.decoder
-            .decode_brick(BrickKey::full(self.frame, region), &NoReferences, out)
-            .map_err(|e| RenderError::Voxels(e.to_string()))
+        let key = BrickKey { frame: self.frame, level: self.level, region };
+        self.decoder.decode_brick(key, &NoReferences, out).map_err(|e| RenderError::Voxels(e.to_string()))
     }
 }
 

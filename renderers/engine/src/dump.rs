@@ -12,20 +12,25 @@ use crate::{Device, DrawSource, EngineError, VolumeTexture};
 const WORKGROUP: u64 = 64;
 
 impl VoxelDump for Device {
-    fn dump(
+    fn dump_at(
         &self,
         codec: &str,
         decoder: &dyn Decoder,
-        frame: FrameIndex,
+        (frame, level): (FrameIndex, Level),
         use_cell: bool,
     ) -> Result<Vec<f32>, String> {
-        let source = DrawSource::Inline { codec, decoder, frame, level: Level::FULL };
+        let source = DrawSource::Inline { codec, decoder, frame, level };
         let template = if use_cell { cvr_shaders::DUMP_CELL } else { cvr_shaders::DUMP };
         self.dump_source(&source, template).map_err(|e| e.to_string())
     }
 
-    fn dump_frame(&self, codec: &str, decoder: &dyn Decoder, frame: FrameIndex) -> Result<Vec<f32>, String> {
-        let decoded = VolumeTexture::decode(self, codec, decoder, frame, Level::FULL);
+    fn dump_frame(
+        &self,
+        codec: &str,
+        decoder: &dyn Decoder,
+        (frame, level): (FrameIndex, Level),
+    ) -> Result<Vec<f32>, String> {
+        let decoded = VolumeTexture::decode(self, codec, decoder, frame, level);
         decoded.and_then(|(texture, _)| texture.read(self)).map_err(|e| e.to_string())
     }
 }

@@ -5,7 +5,7 @@ mod probe;
 use super::{Property, run, run_with};
 use crate::codec::{Codec, Decoder, SettingValue, Settings, VoxelDump};
 use crate::conformance::decoded::Decoded;
-use crate::volume::FrameIndex;
+use crate::volume::{FrameIndex, Level};
 use probe::{Flaw, Probe};
 
 /// The battery finds `property` violated, and nothing else.
@@ -47,6 +47,24 @@ fn bytes_that_depend_on_the_run_are_found() {
 #[test]
 fn a_decoder_that_reads_the_settings_is_found() {
     finds(Flaw::ReadsSettings, Property::Stream);
+}
+
+#[test]
+fn stages_that_make_it_worse_are_found() {
+    finds_stages(Flaw::WorseStages, "of one more");
+}
+
+#[test]
+fn stages_that_are_not_all_are_found() {
+    finds_stages(Flaw::StageMissing, "3 stages are not all");
+}
+
+/// The probe's value range does not cover what it makes up, which is found too.
+fn finds_stages(flaw: Flaw, message: &str) {
+    let report = run(&Probe::new(flaw), None);
+    let found =
+        |f: &crate::conformance::Failure| f.property == Property::Stages && f.message.contains(message);
+    assert!(report.failures.iter().any(found), "{flaw:?} went unnoticed");
 }
 
 #[test]
@@ -136,8 +154,12 @@ struct Dump {
 }
 
 impl Dump {
-    fn values(decoder: &dyn Decoder, frame: FrameIndex, flips: bool) -> Result<Vec<f32>, String> {
-        let mut values = Decoded::all(decoder)?.values(frame).to_vec();
+    fn values(
+        decoder: &dyn Decoder,
+        (frame, level): (FrameIndex, Level),
+        flips: bool,
+    ) -> Result<Vec<f32>, String> {
+        let mut values = Decoded::stages(decoder, level.stages)?.values(frame).to_vec();
         if let Some(last) = values.last_mut().filter(|_| flips) {
             *last = f32::from_bits(last.to_bits() ^ 1);
         }
@@ -146,12 +168,23 @@ impl Dump {
 }
 
 impl VoxelDump for Dump {
-    fn dump(&self, _: &str, decoder: &dyn Decoder, frame: FrameIndex, _: bool) -> Result<Vec<f32>, String> {
-        Self::values(decoder, frame, self.flips_snippet)
+    fn dump_at(
+        &self,
+        _: &str,
+        decoder: &dyn Decoder,
+        key: (FrameIndex, Level),
+        _: bool,
+    ) -> Result<Vec<f32>, String> {
+        Self::values(decoder, key, self.flips_snippet)
     }
 
-    fn dump_frame(&self, _: &str, decoder: &dyn Decoder, frame: FrameIndex) -> Result<Vec<f32>, String> {
-        Self::values(decoder, frame, self.flips_passes)
+    fn dump_frame(
+        &self,
+        _: &str,
+        decoder: &dyn Decoder,
+        key: (FrameIndex, Level),
+    ) -> Result<Vec<f32>, String> {
+        Self::values(decoder, key, self.flips_passes)
     }
 }
 

@@ -33,6 +33,8 @@ pub enum Flaw {
     UncheckedPasses,
     UnlistedPasses,
     NothingDeferred,
+    WorseStages,
+    StageMissing,
 }
 
 #[derive(Debug)]
@@ -75,6 +77,10 @@ struct Parameters {
 impl Codec for Probe {
     fn info(&self) -> &CodecInfo {
         &self.info
+    }
+
+    fn stages(&self, _: &Settings) -> u8 {
+        if matches!(self.flaw, Flaw::WorseStages | Flaw::StageMissing) { 3 } else { 1 }
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
@@ -180,6 +186,13 @@ impl Decoder for ProbeDecoder {
             let first = self.layout.extent.index(start) * channels;
             for (k, out) in out.iter_mut().enumerate() {
                 *out = f32::from_bits(frame[(first + k + shift) % n]) * self.sign;
+                // The second stage of three is further off than the first.
+                if self.flaw == Flaw::WorseStages && key.level.stages == 2 {
+                    *out += 3.0;
+                }
+                if self.flaw == Flaw::StageMissing && key.level.stages == 3 {
+                    *out += 1.0;
+                }
                 if self.flaw == Flaw::DecodesNan {
                     *out /= 0.0;
                 }

@@ -6,6 +6,7 @@ mod scene;
 mod settings;
 mod volume;
 
+pub(super) use pipeline::{ALL_STAGES, MOST_STAGES};
 pub(super) use scene::SCENE_KEYS;
 pub(super) use volume::VOLUME_KEYS;
 

@@ -1,7 +1,7 @@
 //! `[pipeline]`: axes that every renderer has, and settings of the renderers that are named.
 
 use super::super::config::{PipelineAxes, Sweep};
-use super::super::document::{Entry, Node};
+use super::super::document::{Entry, Node, Value};
 use super::super::read::Fields;
 use super::{Known, settings};
 use crate::codec::{Setting, Site};
@@ -9,7 +9,13 @@ use crate::diagnostic::Diagnostic;
 use crate::render::{Filter, RendererInfo};
 
 /// Keys whatever the renderer.
-const KEYS: [&str; 4] = ["renderer", "site", "filter", "skipping"];
+const KEYS: [&str; 5] = ["renderer", "site", "filter", "skipping", "stages"];
+
+/// Word for all stages of a stream.
+pub(in super::super) const ALL_STAGES: &str = "all";
+/// Most stages that can be asked for.
+pub(in super::super) const MOST_STAGES: i64 = 254;
+const STAGES: &str = "an integer from 1 to 254, or \"all\"";
 
 pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<PipelineAxes, Diagnostic> {
     let fields = Fields::open("the pipeline", node)?;
@@ -31,6 +37,7 @@ pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<PipelineAxes, Diagn
     let sites = Site::ALL.map(|site| (site.name(), site));
     let filters = Filter::ALL.map(|filter| (filter.name(), filter));
     let skipping = fields.optional("skipping", |n| n.one_or_many("value of skipping", Node::boolean))?;
+    let stages = fields.optional("stages", |n| n.one_or_many("number of stages", stages))?;
     Ok(PipelineAxes {
         renderers,
         sites: fields
@@ -40,7 +47,17 @@ pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<PipelineAxes, Diagn
             .require("filter", "filter = [\"nearest\", \"linear\"]")?
             .one_or_many("filter", |n| n.one_of("filter", &filters))?,
         skipping: skipping.unwrap_or_else(|| vec![false]),
+        stages: stages.unwrap_or_else(|| vec![None]),
     })
+}
+
+/// How many stages are decoded; `None` for all.
+fn stages(node: &Node) -> Result<Option<u8>, Diagnostic> {
+    match &node.value {
+        Value::Text(text) if text == ALL_STAGES => Ok(None),
+        Value::Text(_) => Err(node.not_allowed(STAGES)),
+        _ => Ok(u8::try_from(node.integer(1, MOST_STAGES, STAGES)?).ok()),
+    }
 }
 
 /// The renderers of the key `renderer`.

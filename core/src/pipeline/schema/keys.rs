@@ -1,5 +1,6 @@
 //! The configuration as a whole, `[experiment]` and `[pipeline]`.
 
+use super::super::parse::{ALL_STAGES, MOST_STAGES};
 use super::shape::{Key, Relation, Shape, Table};
 use super::{Known, codecs, scene, volume, words};
 use crate::codec::{Setting, Site};
@@ -24,8 +25,8 @@ pub(super) fn configuration(known: &Known<'_>) -> Table {
         ),
     ];
     Table::new(
-        "An experiment of cvr: the product volumes × codecs × settings × scenes × renderers × sites × filters × skipping. \
-         Each combination that is possible is a cell, and each cell yields one record.",
+        "An experiment of cvr: the product volumes × codecs × settings × scenes × renderers × sites × filters × skipping × \
+         stages. Each combination that is possible is a cell, and each cell yields one record.",
         keys,
     )
 }
@@ -68,13 +69,23 @@ fn pipeline(known: &Known<'_>) -> Table {
             "false",
             "Whether macrocells in which the scene shows nothing are skipped",
         ),
+        Key::with_default(
+            "stages",
+            Shape::Axis(Box::new(Shape::Any(vec![
+                Shape::Words(vec![(ALL_STAGES.to_owned(), "as many as the stream has".to_owned())]),
+                Shape::Integer { min: 1, max: MOST_STAGES },
+            ]))),
+            format!("\"{ALL_STAGES}\""),
+            "How many stages of a stream are decoded, of codecs that refine in stages",
+        ),
     ];
+    let own = keys.len();
     let settings = renderer_settings(known);
     let mut named: Vec<(String, Vec<String>)> = Vec::new();
     for (setting, owners) in settings {
         let shape = Shape::Sweep(Box::new(Shape::Setting(setting.kind)));
         let doc = format!("Of renderer {}: {}", owners.join(", "), setting.doc);
-        match named.iter_mut().zip(&mut keys[4..]).find(|((name, _), _)| name == setting.name) {
+        match named.iter_mut().zip(&mut keys[own..]).find(|((name, _), _)| name == setting.name) {
             // One name for two things: what is allowed depends on the renderers that are named.
             Some(((_, all), key)) => {
                 let first = std::mem::replace(&mut key.shape, Shape::Boolean);

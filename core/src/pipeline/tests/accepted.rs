@@ -62,6 +62,9 @@ fn settings_belong_to_the_renderers_that_have_them() {
     );
     assert_eq!(pipeline(&["pipeline.skipping=true"]).skipping, [true]);
     assert_eq!(pipeline(&["pipeline.skipping=[false, true]"]).skipping, [false, true]);
+    assert_eq!(pipeline(&[]).stages, [None], "all, unless fewer are asked for");
+    assert_eq!(pipeline(&["pipeline.stages=2"]).stages, [Some(2)]);
+    assert_eq!(pipeline(&["pipeline.stages=[\"all\", 1, 254]"]).stages, [None, Some(1), Some(254)]);
 }
 
 #[test]

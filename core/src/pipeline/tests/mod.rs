@@ -31,6 +31,10 @@ impl Codec for FakeCodec {
         &self.0
     }
 
+    fn stages(&self, settings: &Settings) -> u8 {
+        if settings.integer("index_bits") == Ok(4) { 3 } else { 1 }
+    }
+
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
         #[derive(Debug)]
         struct Never;

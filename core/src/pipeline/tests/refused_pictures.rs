@@ -123,7 +123,7 @@ fn settings_of_renderers() {
        │ ^^^^^^^^ unknown key
        │
        = did you mean `geometry`?
-       = known keys: renderer, site, filter, skipping, geometry, layers
+       = known keys: renderer, site, filter, skipping, stages, geometry, layers
 
     error: the pipeline has no key `geometry`
        ┌─ x.toml:18:1
@@ -131,7 +131,7 @@ fn settings_of_renderers() {
     18 │ geometry = "axis"
        │ ^^^^^^^^ unknown key
        │
-       = known keys: renderer, site, filter, skipping
+       = known keys: renderer, site, filter, skipping, stages
        = renderer `slicing` has it, and is not named in `renderer`
 
     error: no renderer is called `slicin`
@@ -174,6 +174,56 @@ fn settings_of_renderers() {
        │            ^^ empty list
        │
        = name at least one value of skipping
+    "#);
+}
+
+#[test]
+fn numbers_of_stages() {
+    const LINE: &str = "renderer = [\"raycasting\"]";
+    let lines = ["0", "255", "1.5", "\"most\"", "[1, 2, 1]", "[]"].map(|v| format!("{LINE}\nstages = {v}"));
+    let text = errors(&lines.each_ref().map(|line| (LINE, line.as_str())));
+    insta::assert_snapshot!(text, @r#"
+    error: expected an integer from 1 to 254, or "all", found `0`
+       ┌─ x.toml:18:10
+       │
+    18 │ stages = 0
+       │          ^ expected an integer from 1 to 254, or "all"
+
+    error: expected an integer from 1 to 254, or "all", found `255`
+       ┌─ x.toml:18:10
+       │
+    18 │ stages = 255
+       │          ^^^ expected an integer from 1 to 254, or "all"
+
+    error: expected an integer from 1 to 254, or "all", found a float
+       ┌─ x.toml:18:10
+       │
+    18 │ stages = 1.5
+       │          ^^^ expected an integer from 1 to 254, or "all"
+
+    error: expected an integer from 1 to 254, or "all", found `"most"`
+       ┌─ x.toml:18:10
+       │
+    18 │ stages = "most"
+       │          ^^^^^^ expected an integer from 1 to 254, or "all"
+
+    error: number of stages `1` is listed twice
+       ┌─ x.toml:18:17
+       │
+    18 │ stages = [1, 2, 1]
+       │           -     ^ again
+       │           │
+       │           first
+       │
+       = each would be drawn once: remove one of the two
+
+    error: the list names no number of stages
+       ┌─ x.toml:18:10
+       │
+    18 │ stages = []
+       │          ^^ empty list
+       │
+       = name at least one number of stages
     "#);
 }
 

@@ -83,7 +83,7 @@ fn unknown_keys() {
        │ ^^^^^^^ unknown key
        │
        = did you mean `filter`?
-       = known keys: renderer, site, filter, skipping
+       = known keys: renderer, site, filter, skipping, stages
 
     error: the volume has no key `path`
       ┌─ x.toml:7:1

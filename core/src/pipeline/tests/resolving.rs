@@ -131,6 +131,31 @@ fn deferred_comes_with_inline_and_never_calls_fetch_cell() {
 }
 
 #[test]
+fn stages_are_an_axis_of_codecs_that_have_them() {
+    let set = ["pipeline.stages=[\"all\", 1, 3, 4]", "pipeline.site=host", "pipeline.filter=linear"];
+    let resolution =
+        resolved(EXAMPLE, &[&set[..], &["codec.s3dc.block=4"]].concat(), &Capabilities::default());
+    insta::assert_snapshot!(ids(&resolution), @r#"
+    bonsai-raw-bits=native-front-raycasting-host-linear
+    bonsai-s3dc-block=4,index_bits=2-front-raycasting-host-linear
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-linear
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-linear-stages=1
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-linear-stages=3
+    "#);
+    insta::assert_snapshot!(reasons(&resolution), @r#"
+    bonsai-raw-bits=native-front-raycasting-host-linear-stages=1: stages 1: codec raw has no stages that could be left out; use stages "all"
+    bonsai-raw-bits=native-front-raycasting-host-linear-stages=3: stages 3: codec raw has no stages that could be left out; use stages "all"
+    bonsai-raw-bits=native-front-raycasting-host-linear-stages=4: stages 4: codec raw has no stages that could be left out; use stages "all"
+    bonsai-s3dc-block=4,index_bits=2-front-raycasting-host-linear-stages=1: stages 1: codec s3dc has no stages that could be left out; use stages "all"
+    bonsai-s3dc-block=4,index_bits=2-front-raycasting-host-linear-stages=3: stages 3: codec s3dc has no stages that could be left out; use stages "all"
+    bonsai-s3dc-block=4,index_bits=2-front-raycasting-host-linear-stages=4: stages 4: codec s3dc has no stages that could be left out; use stages "all"
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-linear-stages=4: stages 4: codec s3dc has 3 stages; use 1 to 3, or "all"
+    "#);
+    let levels: Vec<u8> = resolution.cells.iter().map(|c| c.level().stages).collect();
+    assert_eq!(levels, [255, 255, 255, 1, 3]);
+}
+
+#[test]
 fn one_codec_in_two_tables() {
     let text = edited("id = \"raw\"", "id = \"raw\"\n[[codec]]\nid = \"raw\"\nbits = [8, \"native\"]");
     let set = ["pipeline.site=host", "pipeline.filter=linear", "codec.s3dc.block=4"];

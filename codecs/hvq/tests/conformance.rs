@@ -1,0 +1,58 @@
+//! The battery of `cvr-core`, over codebook sizes, widths and tables, at every number of stages.
+
+use cvr_core::codec::{SettingValue, Settings};
+use cvr_core::conformance;
+
+fn settings(pairs: &[(&str, &str)]) -> Settings {
+    pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect()
+}
+
+fn passes(list: &[Settings]) {
+    let report = conformance::run_with(cvr_hvq::codec().as_ref(), list, None);
+    report.assert_ok();
+    // `largest`: a range from the lowest to the highest single overflows. `smallest normals`: steps below 2^-100.
+    assert!(report.refused <= 2 * list.len(), "{} of {} volumes refused", report.refused, report.checks);
+}
+
+#[test]
+fn the_default_passes() {
+    passes(&[Settings::default()]);
+}
+
+#[test]
+fn every_width_passes() {
+    passes(&[
+        settings(&[("codeword_bits", "16")]),
+        settings(&[("mean_bits", "8"), ("codeword_bits", "16"), ("coarse_codewords", "9")]),
+        settings(&[("mean_bits", "16"), ("detail_codewords", "33")]),
+    ]);
+}
+
+#[test]
+fn small_codebooks_and_little_training_pass() {
+    passes(&[
+        settings(&[("coarse_codewords", "2"), ("detail_codewords", "2"), ("mean_bits", "8")]),
+        settings(&[("training_blocks", "1"), ("iterations", "0"), ("init", "random")]),
+        settings(&[
+            ("coarse_codewords", "3"),
+            ("detail_codewords", "5"),
+            ("iterations", "1"),
+            ("init", "scalar"),
+        ]),
+    ]);
+}
+
+#[test]
+fn large_codebooks_and_tables_per_frame_pass() {
+    passes(&[
+        settings(&[("coarse_codewords", "65536"), ("detail_codewords", "65536"), ("tables", "per-frame")]),
+        settings(&[
+            ("coarse_codewords", "7"),
+            ("detail_codewords", "20"),
+            ("tables", "per-frame"),
+            ("training_blocks", "40"),
+            ("iterations", "2"),
+            ("init", "pnn"),
+        ]),
+    ]);
+}
