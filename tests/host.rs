@@ -11,11 +11,14 @@ mod host {
     mod configs;
     mod folder;
     mod frame_passes;
+    mod frames;
     mod golden;
     mod golden_files;
     mod kills;
     mod manifest;
     mod one_cell;
+    mod opacity;
+    mod other_readers;
     mod real_volumes;
     mod records;
     mod report_page;

@@ -12,6 +12,7 @@ use super::config_file::ConfigFile;
 use super::volume_args::RawArgs;
 use crate::estimate::{TRIAL_EDGE, Trials, memory, time, volume_layout};
 use crate::exit::BadInput;
+use crate::experiment::scenes::{check_frames, read_tables};
 use crate::experiment::shard::same_group;
 use crate::experiment::target::Target;
 use crate::registry::Names;
@@ -70,7 +71,11 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let layouts = print_volumes(&experiment);
     print_cells(&resolution);
     print_refused(&resolution);
+    for (volume, layout) in &layouts {
+        check_frames(&experiment, volume, layout.frames)?;
+    }
     if !args.no_estimate && !layouts.is_empty() && !resolution.cells.is_empty() {
+        read_tables(&mut experiment)?;
         print_estimates(args, &experiment, &resolution, &names, &layouts)?;
     }
     Ok(ExitCode::SUCCESS)

@@ -54,21 +54,43 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     if let Some(reason) = unsupported(names.codecs().get(&codec)?.info(), args.site, args.scene.filter) {
         return Err(BadInput(reason.to_string()));
     }
-    let frame = DecodedFrame::decode_stages(decoder.as_ref(), FrameIndex::FIRST, level.stages)?;
-    let frame = Arc::new(frame);
-    let range = ValueRange::of(frame.values().iter().copied()).unwrap_or(ValueRange { min: 0.0, max: 0.0 });
+    let index = FrameIndex(scene.frames.first);
+    let frames = decoder.layout().frames;
+    if index.0 >= frames {
+        let file = args.file.display();
+        return Err(BadInput(format!("--frame {}: {file} has {frames} frames, counted from 0", index.0)));
+    }
+    let frame = Arc::new(DecodedFrame::decode_stages(decoder.as_ref(), index, level.stages)?);
+    let range = range(decoder.as_ref(), (index, level), &frame)?;
     check_range(range).map_err(BadInput)?;
     let target = Target::open(&args.device)?;
     let decoded = match args.site {
         Site::Host => Decoded::Host(target.upload(decoder.as_ref(), frame)?),
-        Site::Deferred => Decoded::Deferred(target.decode(&codec, decoder.as_ref(), level, &frame)?),
+        Site::Deferred => {
+            Decoded::Deferred(target.decode(&codec, decoder.as_ref(), (index, level), &frame)?)
+        }
         _ => Decoded::Inline,
     };
-    let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), level, decoded };
+    let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), frame: index, level, decoded };
     let picture = target.picture(renderer.as_ref(), &scene.view(range, args.scene.filter)?, &source)?;
     picture.image()?.write_png(&args.out, scene.background)?;
     say!("{}: {} on {}", args.out.display(), args.renderer, target.name());
     Ok(ExitCode::SUCCESS)
+}
+
+/// The range of all frames, so that those of a sequence are drawn alike; `decoded` is the frame `index`.
+fn range(
+    decoder: &dyn Decoder,
+    (index, level): (FrameIndex, Level),
+    decoded: &DecodedFrame,
+) -> Result<ValueRange, BadInput> {
+    let mut range = ValueRange::of(decoded.values().iter().copied());
+    for other in (0..decoder.layout().frames).map(FrameIndex).filter(|other| *other != index) {
+        let frame = DecodedFrame::decode_stages(decoder, other, level.stages)?;
+        let of_frame = ValueRange::of(frame.values().iter().copied());
+        range = range.into_iter().chain(of_frame).reduce(ValueRange::union);
+    }
+    Ok(range.unwrap_or(ValueRange { min: 0.0, max: 0.0 }))
 }
 
 /// An encoded volume as it is, any other through the codec `raw`.

@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use cvr_core::pipeline::{Capabilities, Experiment, Resolution, resolve};
+use cvr_core::volume::BrickSource;
 
 use super::check_config::print_refused;
 use super::config_file::ConfigFile;
@@ -17,6 +18,7 @@ use crate::experiment::machine;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::{Record, Status};
 use crate::experiment::runner::{Outcome, Run};
+use crate::experiment::scenes::{check_frames, read_tables};
 use crate::experiment::shard::Shard;
 use crate::experiment::target::Target;
 use crate::experiment::volumes::{LoadedVolume, load};
@@ -106,6 +108,10 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     // All of them, lest shards tell different stories of one experiment; but for a single cell no more than it needs.
     let needed = |name: &str| args.cell.is_empty() || resolution.cells.iter().any(|c| c.volume == name);
     let volumes = load_all(&experiment, needed)?;
+    for volume in &volumes {
+        check_frames(&experiment, &volume.name, volume.volume.layout().frames)?;
+    }
+    read_tables(&mut experiment)?;
     // Only now: bad input leaves no empty folder behind.
     std::fs::create_dir_all(&folder).map_err(|e| BadInput(format!("{}: {e}", folder.display())))?;
     let _lock = lock(&folder).map_err(BadInput)?;

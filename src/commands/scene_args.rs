@@ -1,10 +1,13 @@
 //! A scene on the command line.
 
 use clap::Args;
-use cvr_core::pipeline::{Scene, TransferDomain, parse_colour};
-use cvr_core::render::{Camera, ClipBox, ControlPoint, Filter, Light, Preset, Projection, Shading};
+use cvr_core::pipeline::{FilePath, FrameRange, Scene, SceneOpacity, TransferDomain, parse_colour};
+use cvr_core::render::{
+    Camera, ClipBox, ColourOpacity, ControlPoint, Filter, Light, Preset, Projection, Shading,
+};
 
 use crate::exit::BadInput;
+use crate::experiment::scenes::read_table;
 
 /// What to draw, and how.
 #[derive(Debug, Args)]
@@ -32,6 +35,13 @@ pub struct SceneArgs {
     /// Control values are fractions of the volume's range.
     #[arg(long)]
     range: bool,
+    /// What decides the opacity of colours: luminance, red, green, blue, or a volume file of 2³ to 64³ opacities from 0
+    /// to 1, red along x, green along y, blue along z.
+    #[arg(long, value_name = "CHANNEL|FILE", default_value = "luminance", value_parser = opacity)]
+    opacity: SceneOpacity,
+    /// The frame of a sequence, counted from 0.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    frame: u32,
     /// Light surfaces (Blinn and Phong's model over the gradient of the values).
     #[arg(long)]
     shading: bool,
@@ -84,7 +94,7 @@ impl SceneArgs {
             return Err(BadInput("--early-termination is an opacity above 0 and at most 1".to_owned()));
         }
         let (control_points, domain) = self.transfer_function()?;
-        Ok(Scene {
+        let mut scene = Scene {
             name: "command line".to_owned(),
             volumes: None,
             size: self.size,
@@ -96,7 +106,11 @@ impl SceneArgs {
             background: self.background,
             shading: self.light.or_else(|| self.shading.then(Shading::default)),
             clip: self.clip_box.filter(|clip| *clip != ClipBox::WHOLE),
-        })
+            opacity: self.opacity.clone(),
+            frames: FrameRange { first: self.frame, last: self.frame },
+        };
+        read_table(&mut scene)?;
+        Ok(scene)
     }
 
     /// Control points, and what their values mean.
@@ -144,6 +158,13 @@ fn transfer_function_help() -> String {
 fn grey_ramp() -> Vec<ControlPoint> {
     let point = |value, grey, alpha| ControlPoint { value, rgba: [grey, grey, grey, alpha] };
     vec![point(0.1, 0.2, 0.0), point(0.5, 0.7, 0.05), point(1.0, 1.0, 0.5)]
+}
+
+fn opacity(text: &str) -> Result<SceneOpacity, String> {
+    match ColourOpacity::NAMED.into_iter().find(|(name, ..)| *name == text) {
+        Some((_, _, opacity)) => Ok(SceneOpacity::Known(opacity)),
+        None => FilePath::literal(text).map(SceneOpacity::File).map_err(|e| e.to_string()),
+    }
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {

@@ -55,6 +55,7 @@ pub fn estimate<'l>(
             for cell in group {
                 let Some(scene) = experiment.scene(&cell.scene) else { continue };
                 let samples = samples(scene, layout);
+                let pictures = scene.frames.iter().count() as f64;
                 let mut frame_ms = |cell: &Cell| {
                     Ok::<_, String>(trials.frames(target, cell, scene, layout)?.frame_ms(samples))
                 };
@@ -71,13 +72,13 @@ pub fn estimate<'l>(
                 for (site, filter) in [(Site::Inline, Filter::Linear), (cell.site, plain)] {
                     let key = (cell.scene.clone(), cell.renderer.clone(), site, filter);
                     if !drawn.contains(&key) {
-                        time.drawing += frame_ms(&raw(site, filter))? / 1000.0;
+                        time.drawing += pictures * frame_ms(&raw(site, filter))? / 1000.0;
                         drawn.push(key);
                     }
                 }
                 let own = frame_ms(cell)?;
                 let baseline = frame_ms(&raw(Site::Host, Filter::Linear))?;
-                time.drawing += (own + pairing_ms(baseline, own)) / 1000.0;
+                time.drawing += pictures * (own + pairing_ms(baseline, own)) / 1000.0;
             }
         }
     }

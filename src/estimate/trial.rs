@@ -121,14 +121,17 @@ impl Trial {
     pub fn frames(&self, target: &Target, cell: &Cell, scene: &Scene) -> Result<Frames, String> {
         let renderer = renderer(&cell.renderer)?;
         let decoder = self.encoded.decoder.as_ref();
-        let (frame, level) = (&self.encoded.frame, cell.level());
+        let (index, level) = (FrameIndex::FIRST, cell.level());
+        let frame = self.encoded.frame(index)?;
         let decoded = match cell.site {
-            Site::Host => target.upload(decoder, frame.clone()).map(Decoded::Host),
-            Site::Deferred => target.decode(&cell.codec, decoder, level, frame).map(Decoded::Deferred),
+            Site::Host => target.upload(decoder, frame).map(Decoded::Host),
+            Site::Deferred => {
+                target.decode(&cell.codec, decoder, (index, level), &frame).map(Decoded::Deferred)
+            }
             _ => Ok(Decoded::Inline),
         };
         let decoded = decoded.map_err(|e| e.to_string())?;
-        let voxels = VoxelSource { codec: &cell.codec, decoder, level, decoded };
+        let voxels = VoxelSource { codec: &cell.codec, decoder, frame: index, level, decoded };
         let mut measured = [(0.0, 0.0); 2];
         for (side, measured) in SIDES.into_iter().zip(&mut measured) {
             let scene = small_scene(scene, side);

@@ -1,7 +1,7 @@
 //! `cells/<id>.json`: one record, and what tells whether it may stand for a run of its cell.
 //!
 //! The file is the record as `results.json` holds it, with three fields more: `key` ([`super::key`]), `pictures`
-//! (BLAKE3 of every picture that belongs to it, its reference among them), and `not_finite` (PSNR values that JSON
+//! (BLAKE3 of every file that belongs to it, its references among them), and `not_finite` (PSNR values that JSON
 //! has no number for, so that a record comes back as it was).
 
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use cvr_core::pipeline::Cell;
 use serde::{Deserialize, Serialize};
 
-use super::cell_run::IMAGES;
+use super::files::{IMAGES, of_cell};
 use super::record::{Record, Status};
 use super::results::{ResultsError, write_whole};
 
@@ -35,12 +35,16 @@ pub struct CellFile {
 }
 
 impl CellFile {
-    /// A record with its key. Pictures are hashed as they lie in `folder`.
+    /// A record with its key. The cell's files and its `references` are hashed as they lie in `folder`.
     #[must_use]
-    pub fn new(mut record: Record, key: Option<String>, folder: &Path, reference: Option<&str>) -> Self {
-        let paths = [record.image.as_deref(), record.error_image.as_deref(), reference];
-        let hashed = |path: &str| Some((path.to_owned(), hash(&folder.join(path))?));
-        let pictures = paths.into_iter().flatten().filter_map(hashed).collect();
+    pub fn new<'r>(
+        mut record: Record,
+        key: Option<String>,
+        folder: &Path,
+        references: impl IntoIterator<Item = &'r str>,
+    ) -> Self {
+        let paths = of_cell(&record).into_iter().chain(references.into_iter().map(str::to_owned));
+        let pictures = paths.filter_map(|path| hash(&folder.join(&path)).map(|hash| (path, hash))).collect();
         let not_finite = psnrs(&mut record)
             .into_iter()
             .filter_map(|(name, value)| {
@@ -81,10 +85,8 @@ impl CellFile {
         let file = Self::read(&path(folder, &id))?;
         let expected = [format!("{IMAGES}/{id}.png"), format!("{IMAGES}/{id}.error.png")];
         let named = [&file.record.image, &file.record.error_image];
-        let pictures = named
-            .iter()
-            .zip(&expected)
-            .all(|(path, expected)| path.as_ref() == Some(expected) && file.is_intact(folder, expected));
+        let pictures = named.iter().zip(&expected).all(|(path, expected)| path.as_ref() == Some(expected));
+        let pictures = pictures && of_cell(&file.record).iter().all(|path| file.is_intact(folder, path));
         let ok = file.record.status == Status::Ok && file.record.error.is_none();
         (file.key.as_deref() == Some(key) && ok && pictures).then_some(file)
     }
@@ -110,13 +112,16 @@ pub fn hash(path: &Path) -> Option<String> {
 }
 
 /// The figures that identical data make infinite.
-fn psnrs(record: &mut Record) -> [(&'static str, &mut Option<f64>); 5] {
+fn psnrs(record: &mut Record) -> [(&'static str, &mut Option<f64>); 8] {
     [
         ("psnr_db", &mut record.psnr_db),
         ("foreground_psnr_db", &mut record.foreground_psnr_db),
         ("image_psnr_db", &mut record.image_psnr_db),
         ("image_psnr_whole_db", &mut record.image_psnr_whole_db),
         ("codec_image_psnr_db", &mut record.codec_image_psnr_db),
+        ("psnr_red_db", &mut record.psnr_red_db),
+        ("psnr_green_db", &mut record.psnr_green_db),
+        ("psnr_blue_db", &mut record.psnr_blue_db),
     ]
 }
 
@@ -139,7 +144,7 @@ mod tests {
             voxels: u64::MAX,
             ..record("v", "raw")
         };
-        let written = CellFile::new(lossless.clone(), Some("k".to_owned()), folder.path(), None);
+        let written = CellFile::new(lossless.clone(), Some("k".to_owned()), folder.path(), []);
         written.write(&file).unwrap();
         let read = CellFile::read(&file).unwrap();
         assert_eq!((&read, &read.record), (&written, &lossless));
@@ -150,7 +155,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.json");
         assert_eq!(CellFile::read(&file), None);
-        CellFile::new(record("v", "raw"), None, folder.path(), None).write(&file).unwrap();
+        CellFile::new(record("v", "raw"), None, folder.path(), []).write(&file).unwrap();
         let whole = std::fs::read(&file).unwrap();
         assert!(CellFile::read(&file).is_some());
         for bad in [&whole[..whole.len() / 2], b"", b"{}", b"[1]", b"\xff\x00"] {
@@ -165,7 +170,7 @@ mod tests {
         let picture = folder.path().join("a.png");
         std::fs::write(&picture, "picture").unwrap();
         let named = Record { image: Some("a.png".to_owned()), ..record("v", "raw") };
-        let file = CellFile::new(named, None, folder.path(), None);
+        let file = CellFile::new(named, None, folder.path(), []);
         assert!(file.is_intact(folder.path(), "a.png") && !file.is_intact(folder.path(), "b.png"));
         std::fs::write(&picture, "pictura").unwrap();
         assert!(!file.is_intact(folder.path(), "a.png"));

@@ -1,26 +1,19 @@
-//! One cell: draw, compare, time, record.
+//! One cell: its frames, and what they come to.
 
-use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use cvr_core::metrics::{ImageError, error_picture};
-use cvr_core::pipeline::Cell;
-use cvr_core::render::{Image, write_png};
+use cvr_core::codec::Site;
+use cvr_core::pipeline::{Cell, FrameRange};
 use cvr_core::volume::{BrickSource, FiniteVolume};
-use cvr_engine::timing::{PairBudget, paired};
 
 use super::encoded::Encoded;
+use super::frame_run::FrameRun;
 use super::record::Record;
-use super::skipping;
 use super::stage::Stage;
-use super::target::{Decoded, Picture, Target, VoxelSource};
-
-/// Folder of the pictures, below the report's.
-pub const IMAGES: &str = "images";
+use super::target::Target;
+use super::{frame_figures, pool};
 
 /// A record with all that is known of a cell before it runs; it says *failed* until it has run.
 #[must_use]
-pub fn empty_record(cell: &Cell, volume: &FiniteVolume, target: &Target) -> Record {
+pub fn empty_record(cell: &Cell, frames: FrameRange, volume: &FiniteVolume, target: &Target) -> Record {
     let layout = volume.layout();
     let mut record = Record {
         volume: cell.volume.clone(),
@@ -36,6 +29,8 @@ pub fn empty_record(cell: &Cell, volume: &FiniteVolume, target: &Target) -> Reco
         driver: target.driver(),
         voxels: layout.voxels(),
         frames: layout.frames,
+        first_frame: frames.first,
+        last_frame: frames.last,
         replaced_samples: volume.replaced().total(),
         ..Record::default()
     };
@@ -47,7 +42,7 @@ pub fn empty_record(cell: &Cell, volume: &FiniteVolume, target: &Target) -> Reco
 }
 
 /// Enters what the codec did to the volume.
-pub fn record_encoding(record: &mut Record, encoded: &Encoded, parity: Option<u64>) {
+pub fn record_encoding(record: &mut Record, encoded: &Encoded) {
     let voxels = record.voxels as f64;
     record.bits_per_voxel = Some(encoded.file_bytes as f64 * 8.0 / voxels);
     record.file_bytes = Some(encoded.file_bytes);
@@ -58,91 +53,46 @@ pub fn record_encoding(record: &mut Record, encoded: &Encoded, parity: Option<u6
     record.foreground_psnr_db = encoded.error.foreground_psnr_db;
     record.max_abs_error = Some(encoded.error.max_abs_error);
     record.error_bound = encoded.error_bound;
-    record.parity_mismatches = parity;
+    [record.psnr_red_db, record.psnr_green_db, record.psnr_blue_db] = encoded.error.channel_psnr_db;
     for note in &encoded.notes {
         record.remark(note);
     }
 }
 
-/// Draws, compares and times one cell; `decoded` is what its site asks for.
+/// Draws, compares and times every frame of a cell, and holds what was decoded to the codec's promises.
 ///
 /// # Errors
-/// A sentence that says what failed; what was measured before it stands in the record. Once `stop` is true, the
+/// A sentence that says what failed; what was measured before it stands in the record. Once the run is stopped, the
 /// step after the running one is such a failure.
-pub fn run(
-    record: &mut Record,
-    cell: &Cell,
-    encoded: &Encoded,
-    decoded: Decoded,
-    stage: &mut Stage<'_>,
-    folder: &Path,
-    stop: &AtomicBool,
-) -> Result<(), String> {
-    let go_on = || if stop.load(Ordering::Relaxed) { Err("stopped".to_owned()) } else { Ok(()) };
-    go_on()?;
-    let (decoder, level) = (encoded.decoder.as_ref(), encoded.level);
-    let voxels = VoxelSource { codec: &cell.codec, decoder, level, decoded };
-    debug_assert_eq!(voxels.site(), cell.site);
-    let background = stage.background();
-    let mut view = stage.view(cell.filter)?;
-    let unskipped = if cell.skipping { Some(stage.picture(&view, &voxels)?) } else { None };
-    if cell.skipping {
-        let function = &view.transfer_function;
-        view.macrocells = Some(encoded.macrocells.classify(decoder, level, function, stop, record)?);
+pub fn run(record: &mut Record, run: &FrameRun<'_>, stage: &mut Stage<'_>) -> Result<(), String> {
+    let range = stage.frames();
+    let (mut frames, mut errors) = (Vec::new(), Vec::new());
+    let mut result = Ok(());
+    for frame in range.iter() {
+        let mut of_frame = Record { first_frame: frame.0, last_frame: frame.0, ..record.clone() };
+        match run.run(&mut of_frame, stage, frame) {
+            Ok(of_pictures) => errors.push(of_pictures),
+            Err(problem) if range.first == range.last => result = Err(problem),
+            Err(problem) => result = Err(format!("frame {}: {problem}", frame.0)),
+        }
+        frames.push(of_frame);
+        if result.is_err() {
+            break;
+        }
     }
-    let picture = stage.picture(&view, &voxels)?;
-    record.resident_bytes = picture.resident_bytes();
-    record.filtering = Some(picture.filtering().to_owned());
-    record.flag_fallbacks(picture.fallback(), stage.baseline.fallback());
-    record.flag_blending(picture.blends_in_half());
-    let image = picture.image().map_err(|e| e.to_string())?;
-
-    go_on()?;
-    let error = ImageError::compare(&stage.reference, &image, background).map_err(|e| e.to_string())?;
-    record.image_psnr_db = Some(error.psnr_db);
-    record.image_ssim = Some(error.ssim);
-    record.image_psnr_whole_db = Some(error.psnr_whole_db);
-    record.image_ssim_whole = Some(error.ssim_whole);
-    let raw = stage.raw_image(cell.site, cell.filter)?;
-    let error = ImageError::compare(raw, &image, background).map_err(|e| e.to_string())?;
-    record.codec_image_psnr_db = Some(error.psnr_db);
-    record.codec_image_ssim = Some(error.ssim);
-    record.image = Some(write_picture(folder, &cell.id(), &image, background)?);
-    let name = format!("{IMAGES}/{}.error.png", cell.id());
-    let colours = error_picture(&stage.reference, &image, background).map_err(|e| e.to_string())?;
-    write_png(&folder.join(&name), image.size(), &colours).map_err(|e| e.to_string())?;
-    record.error_image = Some(name);
-    if let Some(unskipped) = &unskipped {
-        go_on()?;
-        let without = unskipped.image().map_err(|e| e.to_string())?;
-        skipping::check_picture(record, &image, &without)?;
+    pool::enter(record, &frames, &errors);
+    result?;
+    let encoded = run.shared.encoded();
+    if encoded.frame_errors.len() > 1 {
+        let figures = frame_figures::figures(&encoded.frame_errors, &frames);
+        let path = frame_figures::write(run.folder, &run.cell.id(), &figures).map_err(|e| e.to_string())?;
+        record.frame_figures = Some(path);
     }
-
-    let draw = |picture: &Picture<'_>| {
-        go_on()?;
-        picture.draw().map_err(|e| e.to_string())
-    };
-    let timing = paired(|| draw(&stage.baseline), || draw(&picture), PairBudget::default())?;
-    record.frame_ms = Some(timing.frame_ms);
-    record.frame_ms_iqr = Some(timing.frame_ms_iqr);
-    record.frame_cpu_ms = timing.frame_cpu_ms;
-    record.frame_clock = Some(timing.clock.name().to_owned());
-    record.relative_frame_time = Some(timing.relative);
-    record.relative_frame_time_iqr = Some(timing.relative_iqr);
-    record.frame_pairs = Some(timing.pairs as u32);
-    if let Some(unskipped) = &unskipped {
-        skipping::time_gain(record, || draw(&picture), || draw(unskipped))?;
+    encoded.check_promises()?;
+    match record.parity_mismatches {
+        Some(mismatches) if mismatches > 0 && run.cell.site == Site::Inline => Err(format!(
+            "shader and CPU decoder disagree on {mismatches} samples beyond the codec's statement"
+        )),
+        _ => Ok(()),
     }
-    record.flag_noise();
-    Ok(())
-}
-
-/// Writes a picture below the report's folder; returns its path relative to it.
-///
-/// # Errors
-/// When the file cannot be written.
-pub fn write_picture(folder: &Path, id: &str, image: &Image, background: [f32; 3]) -> Result<String, String> {
-    let name = format!("{IMAGES}/{id}.png");
-    image.write_png(&folder.join(&name), background).map_err(|e| e.to_string())?;
-    Ok(name)
 }

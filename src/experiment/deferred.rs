@@ -22,7 +22,7 @@ pub struct DeferredVolume {
 }
 
 impl Target {
-    /// Has the device decode the first frame at a level. The mirror draws from `frame`, the same as decoded on the CPU.
+    /// Has the device decode a frame at a level. The mirror draws from `frame`, the same as decoded on the CPU.
     ///
     /// # Errors
     /// When the codec has no shader, or the device refuses it or cannot hold the frame.
@@ -30,11 +30,11 @@ impl Target {
         &self,
         codec: &str,
         decoder: &dyn Decoder,
-        level: Level,
+        key: (FrameIndex, Level),
         frame: &Arc<DecodedFrame>,
     ) -> Result<DeferredVolume, DrawError> {
         let Self::Device(device) = self else { return Ok(DeferredVolume::of_mirror(frame)) };
-        let (texture, _) = VolumeTexture::decode(device, codec, decoder, FrameIndex::FIRST, level)?;
+        let (texture, _) = VolumeTexture::decode(device, codec, decoder, key.0, key.1)?;
         Ok(DeferredVolume { texture: Some(Arc::new(texture)), frame: None })
     }
 }
@@ -50,7 +50,7 @@ pub struct SharedDecode {
 }
 
 impl SharedDecode {
-    /// Has the device decode the first frame at a level, several times over. The mirror, which draws from `frame`, has nothing to
+    /// Has the device decode a frame at a level, several times over. The mirror, which draws from `frame`, has nothing to
     /// time and to compare.
     ///
     /// # Errors
@@ -59,21 +59,21 @@ impl SharedDecode {
         target: &Target,
         codec: &str,
         decoder: &dyn Decoder,
-        level: Level,
+        key: (FrameIndex, Level),
         frame: &Arc<DecodedFrame>,
     ) -> Result<Self, DrawError> {
         let Target::Device(device) = target else {
             let volume = DeferredVolume::of_mirror(frame);
             return Ok(Self { volume, decode_ms: None, peak_bytes: None, parity: None });
         };
-        let passes = FrameDecoder::new(device, codec, decoder, FrameIndex::FIRST, level)?;
+        let passes = FrameDecoder::new(device, codec, decoder, key.0, key.1)?;
         let (decode_ms, _) = repeated(|| passes.decode(), RUNS)?;
         let peak_bytes = Some(passes.peak_bytes());
         let texture = Some(Arc::new(passes.texture().clone()));
         // What only decoding needs is freed before the texture is read back.
         drop(passes);
         let volume = DeferredVolume { texture, frame: None };
-        let parity = volume.parity(target, decoder, level, frame)?;
+        let parity = volume.parity(target, decoder, key, frame)?;
         Ok(Self { volume, decode_ms: Some(decode_ms), peak_bytes, parity })
     }
 
@@ -99,7 +99,7 @@ impl DeferredVolume {
         Self { texture: None, frame: Some(frame.clone()) }
     }
 
-    /// The texels against `frame`, which the CPU decoded, under the codec's statement; `None` for the mirror, which
+    /// The texels against `frame`, at its place in the stream `key`, which the CPU decoded, under the codec's statement; `None` for the mirror, which
     /// draws from that very frame.
     ///
     /// # Errors
@@ -108,7 +108,7 @@ impl DeferredVolume {
         &self,
         target: &Target,
         decoder: &dyn Decoder,
-        level: Level,
+        key: (FrameIndex, Level),
         frame: &DecodedFrame,
     ) -> Result<Option<Parity>, DrawError> {
         let agreement = deferred_agreement(decoder);
@@ -117,7 +117,6 @@ impl DeferredVolume {
             return Ok(None);
         };
         let values = texture.read(device)?;
-        let key = (FrameIndex::FIRST, level);
         Ok(Some(Parity::compare_at(decoder, agreement, key, frame.values(), &values)))
     }
 }

@@ -6,10 +6,11 @@ use std::time::Instant;
 
 use cvr_core::codec::{Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_stages, encode_file};
 use cvr_core::container::EncodedVolume;
-use cvr_core::metrics::{VolumeComparison, VolumeError};
+use cvr_core::metrics::{FrameError, VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, Level, NoReferences, Region, VolumeLayout};
+use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, Level, NoReferences, Region};
 
+use super::latest::Latest;
 use super::skipping::LazyRanges;
 use super::target::Target;
 
@@ -20,8 +21,6 @@ pub struct Encoded {
     pub decoder: Arc<dyn Decoder>,
     /// The level at which it was decoded.
     pub level: Level,
-    /// The first frame, decoded.
-    pub frame: Arc<DecodedFrame>,
     /// Bytes of the file.
     pub file_bytes: u64,
     /// Wall seconds to encode, file written and synced.
@@ -30,12 +29,18 @@ pub struct Encoded {
     pub decode_seconds: f64,
     /// Error over all frames.
     pub error: VolumeError,
+    /// Error of each frame.
+    pub frame_errors: Vec<FrameError>,
     /// The encoder's promise, which is for all stages; `None` where not all were decoded.
     pub error_bound: Option<f64>,
     /// Remarks of the encoder.
     pub notes: Vec<String>,
-    /// The macrocells of the first frame.
+    /// The macrocells of the frame that is drawn.
     pub macrocells: LazyRanges,
+    /// The frame that is drawn, decoded.
+    frame: Latest<Arc<DecodedFrame>>,
+    /// The first value of a frame outside the range that the decoder promises.
+    outside: Option<String>,
 }
 
 /// Encodes into a file in `scratch`, reads it back and decodes every frame.
@@ -58,56 +63,100 @@ pub fn encode(
     let decoder: Arc<dyn Decoder> = codec.decoder(stream.clone()).map_err(|e| e.to_string())?.into();
     let report = &stream.spec().report;
     let level = Level::FULL;
-    let Decoded { frame, decode_seconds, error } = decode(decoder.as_ref(), level, volume)?;
+    let Decoded { frame, decode_seconds, error, frame_errors, outside } =
+        decode(decoder.as_ref(), level, volume)?;
     Ok(Encoded {
         decoder,
         level,
-        frame,
         file_bytes: stream.file_bytes(),
         encode_seconds,
         decode_seconds,
         error,
+        frame_errors,
         error_bound: report.error_bound,
         notes: report.notes.clone(),
         macrocells: LazyRanges::default(),
+        frame: Latest::new(FrameIndex::FIRST, frame),
+        outside,
     })
 }
 
 /// What decoding yields.
 struct Decoded {
+    /// The first frame.
     frame: Arc<DecodedFrame>,
     decode_seconds: f64,
     error: VolumeError,
+    frame_errors: Vec<FrameError>,
+    outside: Option<String>,
 }
 
 /// Decodes every frame at a level, and compares it with the volume.
 fn decode(decoder: &dyn Decoder, level: Level, volume: &FiniteVolume) -> Result<Decoded, String> {
     let mut comparison = VolumeComparison::new(volume);
-    let mut first = None;
+    let mut frame_errors = Vec::new();
+    let (mut first, mut outside) = (None, None);
     let mut decode_seconds = 0.0;
     for frame in (0..decoder.layout().frames).map(FrameIndex) {
         let start = Instant::now();
         let values = decode_stages(decoder, frame, level.stages, &NoReferences).map_err(|e| e.to_string())?;
         decode_seconds += start.elapsed().as_secs_f64();
-        comparison.add_frame(&values);
+        frame_errors.push(comparison.add_frame(&values));
+        outside = outside.or_else(|| outside_promise(decoder, (frame, level), &values));
         if frame == FrameIndex::FIRST {
             first = DecodedFrame::new(decoder.layout().clone(), values);
         }
     }
     let frame = Arc::new(first.ok_or("the stream holds no whole frame")?);
-    Ok(Decoded { frame, decode_seconds, error: comparison.finish() })
+    Ok(Decoded { frame, decode_seconds, error: comparison.finish(), frame_errors, outside })
+}
+
+/// What a value of a frame says that lies outside the range that the decoder promises.
+fn outside_promise(
+    decoder: &dyn Decoder,
+    (frame, level): (FrameIndex, Level),
+    values: &[f32],
+) -> Option<String> {
+    let region = Region::whole(decoder.layout().extent);
+    let range = decoder.value_range(BrickKey { frame, level, region })?;
+    let value = values.iter().find(|v| !range.contains(**v))?;
+    Some(format!("a voxel decodes to {value}, promised {} to {}", range.min, range.max))
 }
 
 impl Encoded {
+    /// A frame, decoded; the one that was asked for last is kept.
+    ///
+    /// # Errors
+    /// A sentence, when it cannot be decoded.
+    pub fn frame(&self, frame: FrameIndex) -> Result<Arc<DecodedFrame>, String> {
+        self.frame.get(frame, || {
+            let values = decode_stages(self.decoder.as_ref(), frame, self.level.stages, &NoReferences);
+            let values = values.map_err(|e| e.to_string())?;
+            let layout = self.decoder.layout().clone();
+            DecodedFrame::new(layout, values).map(Arc::new).ok_or_else(|| "no whole frame".to_owned())
+        })
+    }
+
     /// The same stream decoded at another level.
     ///
     /// # Errors
     /// A sentence, when decoding fails.
     pub fn at(&self, level: Level, volume: &FiniteVolume) -> Result<Self, String> {
-        let Decoded { frame, decode_seconds, error } = decode(self.decoder.as_ref(), level, volume)?;
-        let error_bound = self.error_bound.filter(|_| level == Level::FULL);
-        let (decoder, notes, macrocells) = (self.decoder.clone(), self.notes.clone(), LazyRanges::default());
-        Ok(Self { decoder, level, frame, decode_seconds, error, error_bound, notes, macrocells, ..*self })
+        let Decoded { frame, decode_seconds, error, frame_errors, outside } =
+            decode(self.decoder.as_ref(), level, volume)?;
+        Ok(Self {
+            decoder: self.decoder.clone(),
+            level,
+            decode_seconds,
+            error,
+            frame_errors,
+            error_bound: self.error_bound.filter(|_| level == Level::FULL),
+            notes: self.notes.clone(),
+            macrocells: LazyRanges::default(),
+            frame: Latest::new(FrameIndex::FIRST, frame),
+            outside,
+            ..*self
+        })
     }
 
     /// Holds what was decoded to the encoder's promises.
@@ -123,37 +172,35 @@ impl Encoded {
                 self.error.max_abs_error
             ));
         }
-        let layout: &VolumeLayout = self.decoder.layout();
-        let (frame, level) = (FrameIndex::FIRST, self.level);
-        let key = BrickKey { frame, level, region: Region::whole(layout.extent) };
-        if let Some(range) = self.decoder.value_range(key)
-            && let Some(value) = self.frame.values().iter().find(|v| !range.contains(**v))
-        {
-            return Err(format!(
-                "broke its value range: a voxel decodes to {value}, promised {} to {}",
-                range.min, range.max
-            ));
+        match &self.outside {
+            Some(problem) => Err(format!("broke its value range: {problem}")),
+            None => Ok(()),
         }
-        Ok(())
     }
 
-    /// Samples of the first frame on which `target`'s real generated shader and the CPU decoder disagree beyond
+    /// Samples of a frame on which `target`'s real generated shader and the CPU decoder disagree beyond
     /// the codec's statement, through `fetch` and, where `use_cell` says so, through `fetch_cell` too; `None` where
     /// there is no device or no shader.
     ///
     /// # Errors
     /// When the device cannot run the shader.
-    pub fn parity(&self, codec: &str, target: &Target, use_cell: bool) -> Result<Option<u64>, String> {
+    pub fn parity(
+        &self,
+        codec: &str,
+        target: &Target,
+        frame: FrameIndex,
+        use_cell: bool,
+    ) -> Result<Option<u64>, String> {
         let (Target::Device(device), Some(shader)) = (target, self.decoder.shader()) else {
             return Ok(None);
         };
         let (decoder, agreement) = (self.decoder.as_ref(), shader.agreement());
-        let key = (FrameIndex::FIRST, self.level);
+        let (decoded, key) = (self.frame(frame)?, (frame, self.level));
         let paths: &[bool] = if use_cell { &[false, true] } else { &[false] };
         let mut mismatches = 0;
         for &use_cell in paths {
             let dump = device.dump_at(codec, decoder, key, use_cell)?;
-            mismatches += Parity::compare_at(decoder, agreement, key, self.frame.values(), &dump).mismatches;
+            mismatches += Parity::compare_at(decoder, agreement, key, decoded.values(), &dump).mismatches;
         }
         Ok(Some(mismatches))
     }

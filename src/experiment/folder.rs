@@ -4,7 +4,7 @@ use std::fs::{File, TryLockError};
 use std::path::Path;
 
 use super::cell_file::CELLS;
-use super::cell_run::IMAGES;
+use super::files::{FRAMES, IMAGES};
 
 /// Folder of the charts, below the report's.
 pub const CHARTS: &str = "charts";
@@ -38,7 +38,7 @@ pub fn clear(folder: &Path) -> Result<(), String> {
     for name in ["report.html", "results.csv", "results.json"] {
         let _ = std::fs::remove_file(folder.join(name));
     }
-    for name in [IMAGES, CELLS, CHARTS] {
+    for name in [IMAGES, FRAMES, CELLS, CHARTS] {
         let _ = std::fs::remove_dir_all(folder.join(name));
     }
     prepare(folder)
@@ -53,7 +53,8 @@ pub fn prepare(folder: &Path) -> Result<(), String> {
         let folder = folder.join(name);
         std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
-    for folder in [folder.to_owned(), folder.join(IMAGES), folder.join(CELLS), folder.join(CHARTS)] {
+    let below = [IMAGES, FRAMES, CELLS, CHARTS].map(|name| folder.join(name));
+    for folder in below.into_iter().chain([folder.to_owned()]) {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
             if is_temporary(&entry.file_name().to_string_lossy()) {
                 let path = entry.path();

@@ -102,8 +102,9 @@ mod tests {
     use super::*;
     use crate::experiment::volumes::load;
     use cvr_core::codec::Site;
-    use cvr_core::pipeline::{Capabilities, Document, TransferDomain, resolve};
-    use cvr_core::render::{ClipBox, Filter, Preset, Shading};
+    use cvr_core::pipeline::{Capabilities, Document, SceneOpacity, TransferDomain, resolve};
+    use cvr_core::render::{ClipBox, ColourOpacity, Filter, OpacityTable, Preset, Shading};
+    use std::sync::Arc;
 
     const CONFIG: &str = r##"
 [experiment]
@@ -143,7 +144,7 @@ transfer_function = [[0, "#00000000"], [255, "#ffffffff"]]
         assert_eq!(first, key(&names, CONFIG, |_, _, _| {}));
         assert_eq!(first.len(), 64);
         type Change = fn(&mut Cell, &mut LoadedVolume, &mut Experiment);
-        let changes: [(&str, Change); 20] = [
+        let changes: [(&str, Change); 23] = [
             ("volume", |c, _, _| c.volume.push('2')),
             ("codec", |c, _, _| c.codec = "raw".to_owned()),
             ("site", |c, _, _| c.site = Site::Host),
@@ -166,6 +167,14 @@ transfer_function = [[0, "#00000000"], [255, "#ffffffff"]]
             }),
             ("clip box", |_, _, e| {
                 e.scenes[0].clip = Some(ClipBox { high: [1.0, 1.0, 0.5], ..ClipBox::WHOLE });
+            }),
+            ("frame", |_, _, e| e.scenes[0].frames.last = 1),
+            ("opacity", |_, _, e| {
+                e.scenes[0].opacity = SceneOpacity::Known(ColourOpacity::Channel(1));
+            }),
+            ("opacity table", |_, _, e| {
+                let table = OpacityTable::new(2, &[0.5; 8]).unwrap();
+                e.scenes[0].opacity = SceneOpacity::Known(ColourOpacity::Table(Arc::new(table)));
             }),
             ("domain", |_, _, e| e.scenes[0].domain = TransferDomain::Range),
             ("preset", |_, _, e| e.scenes[0].control_points = Preset::ALL[0].control_points()),

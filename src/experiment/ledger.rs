@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use cvr_core::codec::{Settings, Site};
-use cvr_core::pipeline::Cell;
+use cvr_core::pipeline::{Cell, FrameRange};
 use cvr_core::render::Filter;
 
 use super::cell_file::{self, CellFile};
-use super::cell_run::IMAGES;
+use super::files::{IMAGES, of_frame};
 use super::provenance::{Provenance, ReferencePicture, RefusedCell};
 use super::record::{Record, Status};
 use super::results::{ResultsError, write_csv, write_json};
@@ -31,20 +31,24 @@ struct Reference {
 }
 
 impl<'a> Ledger<'a> {
+    /// `frames_of` gives the frames that a cell's scene draws.
     pub(super) fn new(
         folder: &'a Path,
         cells: &[Cell],
+        frames_of: impl Fn(&Cell) -> FrameRange,
         refused: Vec<RefusedCell>,
         provenance: Provenance,
     ) -> Self {
         let mut references: Vec<Reference> = Vec::new();
         for cell in cells {
             if !references.iter().any(|r| is_of(&r.picture, cell)) {
+                let image = format!("{IMAGES}/{}.png", reference_id(cell));
                 let picture = ReferencePicture {
                     volume: cell.volume.clone(),
                     scene: cell.scene.clone(),
                     renderer: cell.renderer.clone(),
-                    image: format!("{IMAGES}/{}.png", reference_id(cell)),
+                    later_frames: frames_of(cell).iter().skip(1).map(|f| of_frame(&image, f)).collect(),
+                    image,
                 };
                 references.push(Reference { picture, ready: false });
             }
@@ -57,7 +61,8 @@ impl<'a> Ledger<'a> {
     pub(super) fn take_over(&mut self, index: usize, cell: &Cell, key: &str) {
         let Some(file) = CellFile::taken_over(self.folder, cell, key) else { return };
         if let Some(reference) = self.references.iter_mut().find(|r| is_of(&r.picture, cell)) {
-            reference.ready = reference.ready || file.is_intact(self.folder, &reference.picture.image);
+            let intact = reference.picture.files().all(|path| file.is_intact(self.folder, path));
+            reference.ready = reference.ready || intact;
         }
         self.records[index] = Some(file.record);
         self.taken_over += 1;
@@ -78,7 +83,13 @@ impl<'a> Ledger<'a> {
         self.references.iter().any(|r| r.ready && is_of(&r.picture, cell))
     }
 
-    /// The reference picture of a cell has been written.
+    /// Where the reference pictures of a cell belong, one for each frame.
+    pub(super) fn reference_files(&self, cell: &Cell) -> Vec<String> {
+        let reference = self.references.iter().find(|r| is_of(&r.picture, cell));
+        reference.into_iter().flat_map(|r| r.picture.files()).map(str::to_owned).collect()
+    }
+
+    /// The reference pictures of a cell have been written.
     pub(super) fn add_reference(&mut self, cell: &Cell) {
         self.references.iter_mut().filter(|r| is_of(&r.picture, cell)).for_each(|r| r.ready = true);
     }
@@ -97,7 +108,7 @@ impl<'a> Ledger<'a> {
             Err(problem) => record.error = Some(problem),
         }
         let reference = self.references.iter().find(|r| r.ready && is_of(&r.picture, cell));
-        let reference = reference.map(|r| r.picture.image.as_str());
+        let reference = reference.into_iter().flat_map(|r| r.picture.files());
         let file = CellFile::new(record, Some(key), self.folder, reference);
         file.write(&cell_file::path(self.folder, &cell.id())).map_err(fail)?;
         self.records[index] = Some(file.record);
@@ -136,7 +147,7 @@ fn is_of(picture: &ReferencePicture, cell: &Cell) -> bool {
 }
 
 /// Name of the reference picture of a cell. It does not depend on which cell asks first, so that shards agree.
-pub(super) fn reference_id(cell: &Cell) -> String {
+fn reference_id(cell: &Cell) -> String {
     let (codec, settings) = (String::new(), Settings::default());
     let (site, filter) = (Site::Inline, Filter::Linear);
     let reference = Cell { codec, settings, site, filter, skipping: false, stages: None, ..cell.clone() };

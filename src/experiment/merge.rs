@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use super::cell_file::{CELLS, CellFile, hash};
-use super::cell_run::IMAGES;
+use super::files::{FRAMES, IMAGES, of_cell};
 use super::machine;
 use super::provenance::{Part, Provenance};
 use super::record::{Record, Status};
@@ -195,8 +195,10 @@ impl Merged {
         for source in &self.sources {
             for reference in &source.results.provenance.references {
                 let of = |r: &&_| *r == reference;
-                if provenance.references.iter().any(|r| of(&r)) && !out.join(&reference.image).exists() {
-                    copy(&source.folder, &reference.image, out, &reference.image, None)?;
+                if provenance.references.iter().any(|r| of(&r)) {
+                    for path in reference.files().filter(|path| !out.join(path).exists()) {
+                        copy(&source.folder, path, out, path, None)?;
+                    }
                 }
             }
         }
@@ -226,26 +228,27 @@ impl Merged {
         Ok(Results { provenance, records, refused })
     }
 
-    /// Copies the pictures of a cell, under the name `stem`.
+    /// Copies the files of a cell, under the name `stem`.
     fn copy_cell(&self, entry: &Entry, stem: &str, out: &Path) -> Result<CellFile, MergeError> {
         let folder = &self.sources[entry.source].folder;
         let Entry { file, .. } = entry;
         let mut record = file.record.clone();
         let named = [
-            (&mut record.image, format!("{stem}.png")),
-            (&mut record.error_image, format!("{stem}.error.png")),
+            (&mut record.image, format!("{IMAGES}/{stem}.png")),
+            (&mut record.error_image, format!("{IMAGES}/{stem}.error.png")),
+            (&mut record.frame_figures, format!("{FRAMES}/{stem}.csv")),
         ];
         for (path, name) in named {
-            if let Some(path) = path {
-                let target = format!("{IMAGES}/{name}");
-                copy(folder, path, out, &target, file.pictures.get(path))?;
-                *path = target;
+            if path.is_some() {
+                *path = Some(name);
             }
         }
-        let own = [&file.record.image, &file.record.error_image];
-        let is_own = |path: &String| own.iter().any(|p| p.as_ref() == Some(path));
-        let reference = file.pictures.keys().find(|path| !is_own(path));
-        Ok(CellFile::new(record, file.key.clone(), out, reference.map(String::as_str)))
+        let (own, renamed) = (of_cell(&file.record), of_cell(&record));
+        for (path, target) in own.iter().zip(&renamed) {
+            copy(folder, path, out, target, file.pictures.get(path))?;
+        }
+        let references = file.pictures.keys().filter(|path| !own.contains(path)).map(String::as_str);
+        Ok(CellFile::new(record, file.key.clone(), out, references))
     }
 
     /// The origin of all; what differs between the folders stands side by side.
@@ -326,5 +329,9 @@ fn copy(
         return Err(refuse(folder, format!("{path} has changed since its cell was measured")));
     }
     let bytes = std::fs::read(&from).map_err(|e| refuse(folder, format!("{path}: {e}")))?;
-    write_whole(&out.join(target), &bytes).map_err(|e| refuse(out, e))
+    let target = out.join(target);
+    if let Some(parent) = target.parent() {
+        std::fs::create_dir_all(parent).map_err(|e| refuse(out, e))?;
+    }
+    write_whole(&target, &bytes).map_err(|e| refuse(out, e))
 }

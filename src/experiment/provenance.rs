@@ -103,6 +103,16 @@ pub struct ReferencePicture {
     pub renderer: String,
     /// The picture, relative to the report.
     pub image: String,
+    /// Those of the later frames that the scene draws.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub later_frames: Vec<String>,
+}
+
+impl ReferencePicture {
+    /// The pictures of all frames.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        std::iter::once(&self.image).chain(&self.later_frames).map(String::as_str)
+    }
 }
 
 /// A cell that was asked for and cannot exist.

@@ -127,6 +127,20 @@ pub struct Record {
     /// level; the file, and so its rate, is that of all stages.
     #[serde(default)]
     pub stages: Option<u8>,
+    /// PSNR of red, green and blue, with the peak of the whole volume; of colour volumes alone.
+    pub psnr_red_db: Option<f64>,
+    /// Of green.
+    pub psnr_green_db: Option<f64>,
+    /// Of blue.
+    pub psnr_blue_db: Option<f64>,
+    /// First frame that is drawn, counted from 0.
+    #[serde(default)]
+    pub first_frame: u32,
+    /// Last frame that is drawn. Of several, errors of pictures are pooled, times are medians.
+    #[serde(default)]
+    pub last_frame: u32,
+    /// The figures of the single frames, relative to the report; of volumes of several frames alone.
+    pub frame_figures: Option<String>,
 }
 
 /// Spread (interquartile range over median) of the paired ratio above which a frame time is flagged: the middle half

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use cvr_core::pipeline::{Cell, Experiment, Refusal, Resolution};
+use cvr_core::pipeline::{Cell, Experiment, FrameRange, Refusal, Resolution};
 
 use super::cell_run::empty_record;
 use super::folder;
@@ -85,7 +85,8 @@ impl<'a> Run<'a> {
     /// When results cannot be written, or the baseline of a volume cannot be prepared for want of the codec `raw`.
     pub fn run(&self, provenance: Provenance) -> Result<Outcome, RunError> {
         let refused = self.resolution.refused.iter().map(refused_cell).collect();
-        let mut ledger = Ledger::new(self.folder, &self.resolution.cells, refused, provenance);
+        let mut ledger =
+            Ledger::new(self.folder, &self.resolution.cells, |c| self.frames(c), refused, provenance);
         let ready = if self.resume { folder::prepare } else { folder::clear };
         ready(self.folder).map_err(RunError)?;
         if self.resume {
@@ -156,7 +157,7 @@ impl<'a> Run<'a> {
         ledger: &mut Ledger<'_>,
     ) -> Result<(), RunError> {
         for Numbered { index, cell } in cells {
-            let record = empty_record(cell, &volume.volume, target);
+            let record = empty_record(cell, self.frames(cell), &volume.volume, target);
             let key = self.keys().of(cell, volume, target);
             ledger.finish(*index, cell, record, key, Err(problem.to_owned()))?;
         }
@@ -170,6 +171,11 @@ impl<'a> Run<'a> {
 
     pub(super) const fn keys(&self) -> Keys<'a> {
         Keys { experiment: self.experiment, names: self.names }
+    }
+
+    /// The frames that the scene of a cell draws.
+    pub(super) fn frames(&self, cell: &Cell) -> FrameRange {
+        self.experiment.scene(&cell.scene).map(|scene| scene.frames).unwrap_or_default()
     }
 
     pub(super) fn stopped(&self) -> bool {

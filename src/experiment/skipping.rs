@@ -1,7 +1,8 @@
 //! Cells that skip empty macrocells: which these are, and what skipping gains.
 
+use std::rc::Rc;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use cvr_core::codec::Decoder;
@@ -9,11 +10,12 @@ use cvr_core::render::{Image, MacrocellRanges, Macrocells, TransferFunction};
 use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::{FrameTime, PairBudget, paired};
 
+use super::latest::Latest;
 use super::record::Record;
 
-/// The macrocells of a stream's first frame at one level, decoded when a cell first asks for them.
+/// The macrocells of a stream's frame at one level, decoded when a cell first asks for them.
 #[derive(Debug, Default)]
-pub struct LazyRanges(OnceLock<(MacrocellRanges, f64)>);
+pub struct LazyRanges(Latest<Rc<(MacrocellRanges, f64)>>);
 
 impl LazyRanges {
     /// The ranges of all macrocells, and the wall seconds that it took to decode them.
@@ -23,16 +25,15 @@ impl LazyRanges {
     pub fn get(
         &self,
         decoder: &dyn Decoder,
-        level: Level,
+        (frame, level): (FrameIndex, Level),
         stop: &AtomicBool,
-    ) -> Result<&(MacrocellRanges, f64), String> {
-        if let Some(ranges) = self.0.get() {
-            return Ok(ranges);
-        }
-        let start = Instant::now();
-        let ranges = MacrocellRanges::decode(decoder, FrameIndex::FIRST, level, stop);
-        let ranges = ranges.map_err(|e| e.to_string())?.ok_or("stopped")?;
-        Ok(self.0.get_or_init(|| (ranges, start.elapsed().as_secs_f64())))
+    ) -> Result<Rc<(MacrocellRanges, f64)>, String> {
+        self.0.get(frame, || {
+            let start = Instant::now();
+            let ranges = MacrocellRanges::decode(decoder, frame, level, stop);
+            let ranges = ranges.map_err(|e| e.to_string())?.ok_or("stopped")?;
+            Ok(Rc::new((ranges, start.elapsed().as_secs_f64())))
+        })
     }
 
     /// What a transfer function leaves of them; the record learns what it took, and how many show nothing.
@@ -42,12 +43,13 @@ impl LazyRanges {
     pub fn classify(
         &self,
         decoder: &dyn Decoder,
-        level: Level,
+        (frame, level): (FrameIndex, Level),
         transfer_function: &TransferFunction,
         stop: &AtomicBool,
         record: &mut Record,
     ) -> Result<Arc<Macrocells>, String> {
-        let (ranges, seconds) = self.get(decoder, level, stop)?;
+        let found = self.get(decoder, (frame, level), stop)?;
+        let (ranges, seconds) = &*found;
         let macrocells = ranges.classify(transfer_function);
         record.macrocell_seconds = Some(*seconds);
         record.empty_macrocells = Some(macrocells.empty_share());

@@ -2,15 +2,16 @@
 //! raw's pictures under each site and filter.
 
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
+use std::rc::Rc;
 
 use cvr_core::codec::Site;
-use cvr_core::pipeline::Scene;
+use cvr_core::pipeline::{FrameRange, Scene};
 use cvr_core::render::{Filter, Image, Renderer, View};
-use cvr_core::volume::{FiniteVolume, ValueRange};
+use cvr_core::volume::{FiniteVolume, FrameIndex, ValueRange};
 
 use super::deferred::DeferredVolume;
 use super::encoded::Encoded;
+use super::latest::Latest;
 use super::target::{Decoded, DrawError, HostVolume, Picture, Target, VoxelSource};
 
 /// Id of the codec that holds the uncompressed volume.
@@ -34,38 +35,36 @@ pub fn check_range(range: ValueRange) -> Result<(), String> {
 #[derive(Debug)]
 pub struct RawVolume {
     encoded: Encoded,
-    host: HostVolume,
-    deferred: OnceLock<DeferredVolume>,
+    host: Latest<HostVolume>,
+    deferred: Latest<DeferredVolume>,
 }
 
 impl RawVolume {
-    /// Uploads what the codec `raw` gave back.
-    ///
-    /// # Errors
-    /// When the target cannot hold it.
-    pub fn new(target: &Target, encoded: Encoded) -> Result<Self, DrawError> {
-        let host = target.upload(encoded.decoder.as_ref(), encoded.frame.clone())?;
-        Ok(Self { encoded, host, deferred: OnceLock::new() })
+    /// What the codec `raw` gave back.
+    #[must_use]
+    pub fn new(encoded: Encoded) -> Self {
+        Self { encoded, host: Latest::default(), deferred: Latest::default() }
     }
 
-    /// Its voxels at a site. The device decodes them when they are first asked for at the site *deferred*.
+    /// The voxels of a frame at a site: uploaded, or decoded by the device, when they are first asked for there.
     ///
     /// # Errors
-    /// When the device cannot decode them.
-    pub fn at(&self, target: &Target, site: Site) -> Result<VoxelSource<'_>, DrawError> {
+    /// A sentence, when the target cannot hold or decode them.
+    pub fn at(&self, target: &Target, site: Site, frame: FrameIndex) -> Result<VoxelSource<'_>, String> {
         let decoder = self.encoded.decoder.as_ref();
+        let text = |e: DrawError| e.to_string();
         let decoded = match site {
-            Site::Host => Decoded::Host(self.host.clone()),
-            Site::Deferred => Decoded::Deferred(match self.deferred.get() {
-                Some(volume) => volume.clone(),
-                None => {
-                    let volume = target.decode(RAW, decoder, self.encoded.level, &self.encoded.frame)?;
-                    self.deferred.get_or_init(|| volume).clone()
-                }
-            }),
+            Site::Host => Decoded::Host(
+                self.host.get(frame, || target.upload(decoder, self.encoded.frame(frame)?).map_err(text))?,
+            ),
+            Site::Deferred => Decoded::Deferred(self.deferred.get(frame, || {
+                target
+                    .decode(RAW, decoder, (frame, self.encoded.level), &self.encoded.frame(frame)?)
+                    .map_err(text)
+            })?),
             _ => Decoded::Inline,
         };
-        Ok(VoxelSource { codec: RAW, decoder, level: self.encoded.level, decoded })
+        Ok(VoxelSource { codec: RAW, decoder, frame, level: self.encoded.level, decoded })
     }
 }
 
@@ -76,15 +75,14 @@ pub struct Stage<'a> {
     scene: &'a Scene,
     range: ValueRange,
     raw: &'a RawVolume,
-    /// Uncompressed, manual trilinear filter, same step: what every picture is compared with.
-    pub reference: Image,
-    /// Raw texture with hardware linear filtering: what every frame time is divided by.
-    pub baseline: Picture<'a>,
-    raw_images: BTreeMap<(Site, Filter), Image>,
+    references: BTreeMap<FrameIndex, Image>,
+    baseline: Latest<Rc<Picture<'a>>>,
+    /// Of each site and filter the picture of the frame that was asked for last.
+    raw_images: BTreeMap<(Site, Filter), (FrameIndex, Image)>,
 }
 
 impl<'a> Stage<'a> {
-    /// Draws the reference and prepares the baseline.
+    /// Draws the reference of every frame of the scene and prepares the baseline of the first.
     ///
     /// # Errors
     /// When the target refuses.
@@ -97,15 +95,40 @@ impl<'a> Stage<'a> {
     ) -> Result<Self, String> {
         let range = volume.range();
         check_range(range)?;
-        let linear = scene.view(range, Filter::Linear).map_err(|e| e.to_string())?;
-        let picture = |site| {
-            let voxels = raw.at(target, site).map_err(|e| e.to_string())?;
-            target.picture(renderer, &linear, &voxels).map_err(|e| e.to_string())
-        };
-        let reference = picture(Site::Inline)?.image().map_err(|e| e.to_string())?;
-        let baseline = picture(Site::Host)?;
-        let raw_images = BTreeMap::from([((Site::Inline, Filter::Linear), reference.clone())]);
-        Ok(Self { target, renderer, scene, range, raw, reference, baseline, raw_images })
+        let (references, raw_images) = (BTreeMap::new(), BTreeMap::new());
+        let baseline = Latest::default();
+        let mut stage = Self { target, renderer, scene, range, raw, references, baseline, raw_images };
+        for frame in scene.frames.iter() {
+            let reference = stage.draw_raw(frame, Site::Inline, Filter::Linear)?;
+            stage.references.insert(frame, reference);
+        }
+        stage.baseline(FrameIndex(scene.frames.first))?;
+        Ok(stage)
+    }
+
+    /// The frames that are drawn.
+    #[must_use]
+    pub const fn frames(&self) -> FrameRange {
+        self.scene.frames
+    }
+
+    /// What every picture of a frame is compared with: uncompressed, manual trilinear filter, same step.
+    ///
+    /// # Errors
+    /// When the scene does not draw the frame.
+    pub fn reference(&self, frame: FrameIndex) -> Result<&Image, String> {
+        self.references.get(&frame).ok_or_else(|| format!("frame {} has no reference", frame.0))
+    }
+
+    /// What every frame time of a frame is divided by: raw texture with hardware linear filtering.
+    ///
+    /// # Errors
+    /// When the target refuses.
+    pub fn baseline(&self, frame: FrameIndex) -> Result<Rc<Picture<'a>>, String> {
+        self.baseline.get(frame, || {
+            let voxels = self.raw.at(self.target, Site::Host, frame)?;
+            self.picture(&self.view(Filter::Linear)?, &voxels).map(Rc::new)
+        })
     }
 
     /// What draws.
@@ -133,20 +156,28 @@ impl<'a> Stage<'a> {
         self.target.picture(self.renderer, view, voxels).map_err(|e| e.to_string())
     }
 
-    /// Raw's picture under a site and filter, drawn once. Optimised linear is linear in another way, which raw
+    /// Raw's picture of a frame under a site and filter, drawn once. Optimised linear is linear in another way, which raw
     /// does not offer.
     ///
     /// # Errors
     /// When the target refuses.
-    pub fn raw_image(&mut self, site: Site, filter: Filter) -> Result<&Image, String> {
+    pub fn raw_image(&mut self, frame: FrameIndex, site: Site, filter: Filter) -> Result<&Image, String> {
         let filter = if filter == Filter::OptimisedLinear { Filter::Linear } else { filter };
-        if !self.raw_images.contains_key(&(site, filter)) {
-            let voxels = self.raw.at(self.target, site).map_err(|e| e.to_string())?;
-            let picture = self.picture(&self.view(filter)?, &voxels)?;
-            let image = picture.image().map_err(|e| e.to_string())?;
-            self.raw_images.insert((site, filter), image);
+        if (site, filter) == (Site::Inline, Filter::Linear) {
+            return self.reference(frame);
         }
-        self.raw_images.get(&(site, filter)).ok_or_else(|| "raw's picture is missing".to_owned())
+        let key = (site, filter);
+        if self.raw_images.get(&key).is_none_or(|(of, _)| *of != frame) {
+            let image = self.draw_raw(frame, site, filter)?;
+            self.raw_images.insert(key, (frame, image));
+        }
+        let image = self.raw_images.get(&key).map(|(_, image)| image);
+        image.ok_or_else(|| "raw's picture is missing".to_owned())
+    }
+
+    fn draw_raw(&self, frame: FrameIndex, site: Site, filter: Filter) -> Result<Image, String> {
+        let voxels = self.raw.at(self.target, site, frame)?;
+        self.picture(&self.view(filter)?, &voxels)?.image().map_err(|e| e.to_string())
     }
 
     /// Colour behind the volume.

@@ -130,6 +130,7 @@ impl Target {
                 renderer,
                 view: Box::new(view.clone()),
                 decoder: voxels.decoder,
+                index: voxels.frame,
                 level: voxels.level,
                 frame: decoded.frame(),
             },
@@ -137,7 +138,7 @@ impl Target {
                 let source = DrawSource::Inline {
                     codec: voxels.codec,
                     decoder: voxels.decoder,
-                    frame: FrameIndex::FIRST,
+                    frame: voxels.frame,
                     level: voxels.level,
                 };
                 Kind::Device(Box::new(Drawing::new(device, &plan, &source, view.filter)?))
@@ -211,9 +212,11 @@ pub struct VoxelSource<'a> {
     pub codec: &'a str,
     /// The opened stream.
     pub decoder: &'a dyn Decoder,
+    /// The frame that is drawn.
+    pub frame: FrameIndex,
     /// The level that is drawn, and of what is decoded already.
     pub level: Level,
-    /// What is decoded already.
+    /// What of it is decoded already.
     pub decoded: Decoded,
 }
 
@@ -244,6 +247,7 @@ enum Kind<'a> {
         renderer: &'a dyn Renderer,
         view: Box<View>,
         decoder: &'a dyn Decoder,
+        index: FrameIndex,
         level: Level,
         frame: Option<Arc<DecodedFrame>>,
     },
@@ -312,14 +316,14 @@ impl Picture<'_> {
     }
 
     fn mirror(&self) -> Result<Image, DrawError> {
-        let Kind::Mirror { renderer, view, decoder, level, frame } = &self.kind else {
+        let Kind::Mirror { renderer, view, decoder, index, level, frame } = &self.kind else {
             return Err(EngineError::Unsupported("a device's picture has no mirror".to_owned()).into());
         };
         let mut image = Image::new(view.size);
         match frame {
             Some(frame) => renderer.reference(view, &**frame, &mut image)?,
             None => {
-                let voxels = DecoderVoxels::new(*decoder, FrameIndex::FIRST).with_stages(level.stages);
+                let voxels = DecoderVoxels::new(*decoder, *index).with_stages(level.stages);
                 renderer.reference(view, &voxels, &mut image)?;
             }
         }

@@ -1,35 +1,24 @@
 //! The cells of one volume on one device: baseline, stages, and codec by codec.
 
-use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cvr_core::codec::{Codec, Progress, Settings, Site};
+use cvr_core::codec::{Codec, Progress, Settings};
 use cvr_core::pipeline::Cell;
-use cvr_core::render::{Filter, Renderer};
+use cvr_core::render::Renderer;
 use cvr_core::volume::Level;
 
-use super::cell_run::{self, empty_record, record_encoding, write_picture};
-use super::deferred::SharedDecode;
+use super::cell_run::{self, empty_record, record_encoding};
 use super::encoded::{Encoded, encode};
-use super::ledger::{Ledger, reference_id};
-use super::record::Record;
+use super::frame_run::FrameRun;
+use super::ledger::Ledger;
 use super::runner::{Numbered, Run, RunError};
 use super::shard::same_group;
+use super::shared::Shared;
 use super::stage::{RAW, RawVolume, Stage};
-use super::target::{Decoded, HostVolume, Target};
+use super::target::Target;
 use super::volumes::LoadedVolume;
 use crate::registry::renderer;
-
-/// What cells of one codec, its settings and a level share beside the stream, as long as one of them runs.
-struct Shared {
-    /// Mismatches of the site *inline*, where a cell asks for it.
-    parity: Result<Option<u64>, String>,
-    /// The frame that the CPU decoded, where a cell asks for it.
-    host: Result<Option<HostVolume>, String>,
-    /// The frame that the device decoded, once a cell has asked for it.
-    deferred: OnceCell<Result<SharedDecode, String>>,
-}
 
 type Stages<'a> = BTreeMap<(&'a str, &'a str), Result<Stage<'a>, String>>;
 
@@ -56,11 +45,8 @@ impl<'a> VolumeRun<'a> {
         }
         (self.run.report)(ledger.done(), &staged[0].id());
         let settings = self.codec(RAW)?.info().default_settings();
-        let raw = self
-            .encode(RAW, &settings, ledger)
-            .and_then(|encoded| RawVolume::new(self.target, encoded).map_err(|e| e.to_string()));
-        let raw = match raw {
-            Ok(raw) => raw,
+        let raw = match self.encode(RAW, &settings, ledger) {
+            Ok(encoded) => RawVolume::new(encoded),
             Err(_) if self.run.stopped() => return Ok(()),
             Err(problem) => {
                 let problem = format!("the uncompressed volume cannot be drawn: {problem}");
@@ -121,9 +107,11 @@ impl<'a> VolumeRun<'a> {
             if let Ok(stage) = &stage
                 && !ledger.has_reference(cell)
             {
-                let id = reference_id(cell);
-                write_picture(self.run.folder, &id, &stage.reference, stage.background())
-                    .map_err(RunError)?;
+                for (frame, path) in stage.frames().iter().zip(ledger.reference_files(cell)) {
+                    let image = stage.reference(frame).map_err(RunError)?;
+                    let written = image.write_png(&self.run.folder.join(path), stage.background());
+                    written.map_err(|e| RunError(e.to_string()))?;
+                }
                 ledger.add_reference(cell);
             }
             stages.insert(key, stage);
@@ -174,20 +162,25 @@ impl<'a> VolumeRun<'a> {
         stages: &mut Stages<'b>,
         ledger: &mut Ledger<'_>,
     ) -> Result<(), RunError> {
-        let shared = self.shared(cells, encoded);
+        let Numbered { cell: first, .. } = cells[0];
+        let shared = encoded
+            .as_ref()
+            .map(|encoded| Shared::new(self.target, &first.codec, encoded, cells.iter().map(|n| n.cell)));
         for &Numbered { index, cell } in cells {
             if self.run.stopped() {
                 break;
             }
             (self.run.report)(ledger.done(), &cell.id());
-            let mut record = empty_record(cell, &self.volume.volume, self.target);
+            let frames = self.run.frames(cell);
+            let mut record = empty_record(cell, frames, &self.volume.volume, self.target);
             let stage = stages.get_mut(&(cell.scene.as_str(), cell.renderer.as_str()));
-            let result = match (encoded, stage) {
-                (Ok(encoded), Some(Ok(stage))) => {
-                    record_encoding(&mut record, encoded, shared.parity.as_ref().ok().copied().flatten());
-                    self.cell(&mut record, cell, encoded, &shared, stage)
+            let result = match (&shared, stage) {
+                (Ok(shared), Some(Ok(stage))) => {
+                    record_encoding(&mut record, shared.encoded());
+                    let run = FrameRun { cell, shared, folder: self.run.folder, stop: self.run.stop };
+                    cell_run::run(&mut record, &run, stage)
                 }
-                (Err(problem), _) => Err(problem.clone()),
+                (Err(problem), _) => Err((*problem).clone()),
                 (_, Some(Err(problem))) => Err(problem.clone()),
                 (_, None) => Err("the scene was not prepared".to_owned()),
             };
@@ -202,53 +195,5 @@ impl<'a> VolumeRun<'a> {
             }
         }
         Ok(())
-    }
-
-    /// What is decoded and compared for all of these cells; the device decodes when the first cell asks for it.
-    fn shared(&self, cells: &[Numbered<'_>], encoded: &Result<Encoded, String>) -> Shared {
-        let any = |site| cells.iter().any(|n| n.cell.site == site);
-        let of = encoded.as_ref().map_err(Clone::clone);
-        let parity = of.clone().and_then(|encoded| {
-            if any(Site::Inline) {
-                let use_cell = cells.iter().any(|n| n.cell.filter == Filter::OptimisedLinear);
-                return encoded.parity(&cells[0].cell.codec, self.target, use_cell);
-            }
-            Ok(None)
-        });
-        let host = of.and_then(|encoded| {
-            let upload = || self.target.upload(encoded.decoder.as_ref(), encoded.frame.clone());
-            any(Site::Host).then(upload).transpose().map_err(|e| e.to_string())
-        });
-        Shared { parity, host, deferred: OnceCell::new() }
-    }
-
-    fn cell(
-        &self,
-        record: &mut Record,
-        cell: &Cell,
-        encoded: &Encoded,
-        shared: &Shared,
-        stage: &mut Stage<'_>,
-    ) -> Result<(), String> {
-        let decoded = match cell.site {
-            Site::Host => Decoded::Host(shared.host.clone()?.ok_or("nothing was uploaded")?),
-            Site::Deferred => {
-                let decode = || {
-                    let decoder = encoded.decoder.as_ref();
-                    SharedDecode::new(self.target, &cell.codec, decoder, encoded.level, &encoded.frame)
-                        .map_err(|e| e.to_string())
-                };
-                Decoded::Deferred(shared.deferred.get_or_init(decode).as_ref()?.enter(record)?)
-            }
-            _ => Decoded::Inline,
-        };
-        cell_run::run(record, cell, encoded, decoded, stage, self.run.folder, self.run.stop)?;
-        encoded.check_promises()?;
-        match (cell.site, shared.parity.clone()?) {
-            (Site::Inline, Some(mismatches)) if mismatches > 0 => Err(format!(
-                "shader and CPU decoder disagree on {mismatches} samples beyond the codec's statement"
-            )),
-            _ => Ok(()),
-        }
     }
 }

@@ -71,6 +71,15 @@ const COLUMNS: &[Column] = &[
         "PSNR of the foreground voxels, dB",
         number("foreground_psnr_db", "foreground PSNR, dB", |r| fixed(r.foreground_psnr_db, 2)),
     )),
+    secondary(axis("PSNR of red, dB", number("psnr_red_db", "PSNR of red, dB", |r| fixed(r.psnr_red_db, 2)))),
+    secondary(axis(
+        "PSNR of green, dB",
+        number("psnr_green_db", "PSNR of green, dB", |r| fixed(r.psnr_green_db, 2)),
+    )),
+    secondary(axis(
+        "PSNR of blue, dB",
+        number("psnr_blue_db", "PSNR of blue, dB", |r| fixed(r.psnr_blue_db, 2)),
+    )),
     axis(
         "largest error of a voxel, data units",
         number("max_abs_error", "max error", |r| short(r.max_abs_error)),
@@ -146,6 +155,9 @@ const COLUMNS: &[Column] = &[
     secondary(number("macrocell_seconds", "ranges of macrocells, s", |r| short(r.macrocell_seconds))),
     secondary(number("voxels", "voxels", |r| r.voxels.to_string())),
     secondary(number("frames", "frames", |r| r.frames.to_string())),
+    secondary(number("first_frame", "first drawn", |r| r.first_frame.to_string())),
+    secondary(number("last_frame", "last drawn", |r| r.last_frame.to_string())),
+    secondary(text("frame_figures", "figures of frames", |r| some(&r.frame_figures))),
     secondary(number("parity_mismatches", "parity mismatches", |r| count(r.parity_mismatches))),
     secondary(number("replaced_samples", "replaced samples", |r| r.replaced_samples.to_string())),
     secondary(text("device", "device", |r| r.device.clone())),

@@ -42,6 +42,7 @@ fn sample(dir: &Path) -> (Provenance, Vec<Record>, Vec<RefusedCell>) {
             scene: "front".into(),
             renderer: "raycasting".into(),
             image: name,
+            later_frames: Vec::new(),
         });
         volumes.push(VolumeProvenance {
             name: volume.into(),

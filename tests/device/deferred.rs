@@ -17,6 +17,7 @@ use super::scenes::{draw, source, textured, view};
 use super::subjects::{ODD, codec, decoded, encoded, noise, settings};
 
 const FIRST: FrameIndex = FrameIndex::FIRST;
+const KEY: (FrameIndex, Level) = (FIRST, Level::FULL);
 
 /// Each form of texel, and each kind of arithmetic.
 const SUBJECTS: [(&str, &[(&str, &str)]); 5] = [
@@ -149,8 +150,8 @@ fn a_wrong_snippet_is_caught() {
         assert!(!parity(&mutated, &texels).holds(), "{id}: `{to}` goes unnoticed");
         let frame = Arc::new(DecodedFrame::decode(&mutated, FIRST).unwrap());
         let target = Target::Device(device.clone());
-        let volume = target.decode(id, &mutated, Level::FULL, &frame).unwrap();
-        let told = volume.parity(&target, &mutated, Level::FULL, &frame).unwrap().unwrap();
+        let volume = target.decode(id, &mutated, KEY, &frame).unwrap();
+        let told = volume.parity(&target, &mutated, KEY, &frame).unwrap().unwrap();
         assert!(!told.holds(), "{id}: {told}");
     }
     // One texel off by one.

@@ -19,6 +19,7 @@ use super::subjects::{ODD, decoded, hash, noise};
 use crate::haar::{Haar, HaarDecoder, Pass};
 
 const FIRST: FrameIndex = FrameIndex::FIRST;
+const KEY: (FrameIndex, Level) = (FIRST, Level::FULL);
 
 fn decoder(device: &Device, haar: &HaarDecoder) -> Result<FrameDecoder, EngineError> {
     FrameDecoder::new(device, "haar", haar, FIRST, Level::FULL)
@@ -120,8 +121,8 @@ fn a_wrong_pass_is_caught() {
         // And a run's own comparison.
         let target = Target::Device(device.clone());
         let frame = cvr_core::render::DecodedFrame::decode(&haar, FIRST).unwrap().into();
-        let volume = target.decode("haar", &haar, Level::FULL, &frame).unwrap();
-        let told = volume.parity(&target, &haar, Level::FULL, &frame).unwrap().unwrap();
+        let volume = target.decode("haar", &haar, KEY, &frame).unwrap();
+        let told = volume.parity(&target, &haar, KEY, &frame).unwrap().unwrap();
         assert_eq!(told, parity, "{pass:?}");
     }
 }

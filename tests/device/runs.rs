@@ -80,7 +80,8 @@ fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
         let name = format!("{} {} {}", r.codec, r.site, r.filter);
         assert_eq!((r.status, &r.error), (Status::Ok, &None), "{name}");
         assert_eq!(r.device, device.info().name, "{name}");
-        assert_eq!(r.parity_mismatches, Some(0), "{name}");
+        // At the site host nothing passes through a shader that decodes.
+        assert_eq!(r.parity_mismatches, (r.site != "host").then_some(0), "{name}");
         assert!(r.frame_ms.unwrap() > 0.0, "{name}");
         assert_eq!(r.device_decode_ms.is_some_and(|ms| ms > 0.0), r.site == "deferred", "{name}");
         assert!(r.relative_frame_time.unwrap() > 0.0, "{name}");

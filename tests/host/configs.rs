@@ -49,6 +49,7 @@ fn every_configuration_resolves() {
         ("tvq-classification", 8, 0),
         ("tvq-progressive", 32, 0),
         ("tvq-rate-distortion", 20, 0),
+        ("volumes", 144, 0),
         ("vq", 24, 0),
     ];
     assert_eq!(counts, expected.map(|(name, cells, refused)| (name.to_owned(), cells, refused)));

@@ -29,6 +29,33 @@ pub fn choose(all: u64, count: u64, seed: u64) -> Vec<u64> {
     chosen
 }
 
+/// How many to draw from each of some strata, `count` together: half of them in proportion to the strata, the other half
+/// evenly, so that a rare stratum is not missed. No stratum gives more than it holds; all of each where `count` is no
+/// less than their sum.
+#[must_use]
+pub fn allot(strata: &[u64], count: u64) -> Vec<u64> {
+    let all: u64 = strata.iter().sum();
+    let count = count.min(all);
+    let share = |size: u64| (u128::from(count) * u128::from(size) / (2 * u128::from(all.max(1)))) as u64;
+    let mut allotted: Vec<u64> = strata.iter().map(|size| share(*size)).collect();
+    let mut left = count - allotted.iter().sum::<u64>();
+    while left > 0 {
+        let open = strata.iter().zip(&allotted).filter(|(size, a)| a < size).count() as u64;
+        // What does not divide goes to the last strata, one each.
+        let (each, mut more) = (left / open, left % open);
+        for (size, a) in strata.iter().zip(&mut allotted).rev() {
+            if *a == *size {
+                continue;
+            }
+            let given = (each + u64::from(more > 0)).min(size - *a);
+            more = more.saturating_sub(1);
+            *a += given;
+            left -= given;
+        }
+    }
+    allotted
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,6 +71,19 @@ mod tests {
     }
 
     const CHOSEN: [u64; 4] = [18_574_310, 122_301_029, 901_807_471, 1_055_505_265];
+
+    #[test]
+    fn rare_strata_are_drawn_from() {
+        assert_eq!(allot(&[9000, 900, 100], 600), [371, 129, 100]);
+        for (strata, count) in
+            [(vec![5, 0, 7], 12), (vec![5, 0, 7], 99), (vec![1 << 40, 3, 1], 1000), (vec![8], 3)]
+        {
+            let allotted = allot(&strata, count);
+            assert_eq!(allotted.iter().sum::<u64>(), count.min(strata.iter().sum()), "{strata:?} {count}");
+            assert!(allotted.iter().zip(&strata).all(|(a, s)| a <= s), "{allotted:?} of {strata:?}");
+        }
+        assert_eq!(allot(&[1 << 40, 3, 1], 1000)[1..], [3, 1]);
+    }
 
     #[test]
     fn every_number_is_as_likely_as_any_other() {

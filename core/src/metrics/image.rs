@@ -85,6 +85,34 @@ impl ImageError {
     }
 }
 
+impl ImageError {
+    /// Several pictures of one size as if they were one: errors are summed over the pixels of all.
+    #[must_use]
+    pub fn pooled(errors: impl Iterator<Item = Self>) -> Self {
+        let (mut visible_pixels, mut pictures) = (0, 0.0);
+        let (mut shown, mut squared, mut dissimilarity) = (0.0, 0.0, 0.0);
+        let (mut squared_whole, mut dissimilarity_whole) = (0.0, 0.0);
+        let mse = |psnr_db: f64| 10.0_f64.powf(-psnr_db / 10.0);
+        for error in errors {
+            let weight = error.visible_pixels.max(1) as f64;
+            visible_pixels += error.visible_pixels;
+            shown += weight;
+            squared += weight * mse(error.psnr_db);
+            dissimilarity += weight * (1.0 - error.ssim);
+            pictures += 1.0;
+            squared_whole += mse(error.psnr_whole_db);
+            dissimilarity_whole += 1.0 - error.ssim_whole;
+        }
+        Self {
+            psnr_db: psnr_db(squared / shown, 1.0),
+            ssim: 1.0 - dissimilarity / shown,
+            psnr_whole_db: psnr_db(squared_whole / pictures, 1.0),
+            ssim_whole: 1.0 - dissimilarity_whole / pictures,
+            visible_pixels,
+        }
+    }
+}
+
 /// `Σ(1 − s)` over all pixels.
 fn dissimilarity([width, height]: [u32; 2], a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     if a.is_empty() {
@@ -180,5 +208,37 @@ mod tests {
     fn sizes_must_agree() {
         let error = ImageError::compare(&Image::new([2, 3]), &Image::new([3, 2]), BLACK).unwrap_err();
         assert_eq!(error.to_string(), "pictures of 2×3 and 3×2 pixels cannot be compared");
+    }
+
+    /// Two pictures side by side are one of twice the width, whose tiles of SSIM are the same.
+    #[test]
+    fn pooled_pictures_are_one_picture() {
+        let (a, b) = (disc(32), shifted(&disc(32), 0, 3));
+        let beside = |left: &Image, right: &Image| {
+            let mut both = Image::new([64, 32]);
+            for y in 0..32 {
+                both.pixels_mut()[y * 64..y * 64 + 32].copy_from_slice(&left.pixels()[y * 32..(y + 1) * 32]);
+                both.pixels_mut()[y * 64 + 32..(y + 1) * 64]
+                    .copy_from_slice(&right.pixels()[y * 32..(y + 1) * 32]);
+            }
+            both
+        };
+        let empty = Image::new([32, 32]);
+        for (second, other) in [(&b, &a), (&a, &a), (&empty, &a)] {
+            let whole = ImageError::compare(&beside(&a, second), &beside(&b, other), BLACK).unwrap();
+            let parts = [(&a, &b), (second, other)].map(|(a, b)| ImageError::compare(a, b, BLACK).unwrap());
+            let pooled = ImageError::pooled(parts.into_iter());
+            assert_eq!(pooled.visible_pixels, whole.visible_pixels);
+            // A picture of nothing counts as one visible pixel.
+            let tolerance = if second == &empty { 0.03 } else { 1e-9 };
+            for (pooled, whole) in [
+                (pooled.psnr_db, whole.psnr_db),
+                (pooled.psnr_whole_db, whole.psnr_whole_db),
+                (pooled.ssim, whole.ssim),
+                (pooled.ssim_whole, whole.ssim_whole),
+            ] {
+                assert!((pooled - whole).abs() < tolerance, "{pooled} for {whole}");
+            }
+        }
     }
 }

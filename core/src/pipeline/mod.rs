@@ -29,5 +29,5 @@ pub use document::Document;
 pub use file_path::{FilePath, FilePathError, UnsetVariable};
 pub use parse::{InvalidExperiment, Known};
 pub use resolve::{Capabilities, Reason, Refusal, Resolution, missing_stages, resolve, unsupported};
-pub use scene::{Scene, TransferDomain};
+pub use scene::{FrameRange, Scene, SceneError, SceneOpacity, TransferDomain};
 pub use schema::{json_schema, markdown};

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::FilePath;
 use crate::render::{
     Camera, ClipBox, ColourOpacity, ControlPoint, Filter, Shading, TransferFunction, TransferFunctionError,
     View,
 };
-use crate::volume::ValueRange;
+use crate::volume::{FrameIndex, ValueRange};
 
 /// A scene of an experiment. It becomes a [`View`] once the value range of the volume is known.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +34,60 @@ pub struct Scene {
     pub shading: Option<Shading>,
     /// What is drawn of the volume; default all.
     pub clip: Option<ClipBox>,
+    /// What decides the opacity of colours; default their luminance.
+    pub opacity: SceneOpacity,
+    /// Which frames are drawn, each in a picture of its own; default the first.
+    pub frames: FrameRange,
+}
+
+/// What decides the opacity of colours in a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SceneOpacity {
+    /// What is known.
+    Known(ColourOpacity),
+    /// A table over all colours that a file holds, as a volume: red along x, green along y, blue along z. Whoever draws
+    /// the scene reads it and puts [`ColourOpacity::Table`] in its place.
+    File(FilePath),
+}
+
+impl Default for SceneOpacity {
+    fn default() -> Self {
+        Self::Known(ColourOpacity::default())
+    }
+}
+
+/// Frames of a volume from `first` to `last`, both included.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct FrameRange {
+    /// First frame, counted from 0.
+    pub first: u32,
+    /// Last frame, not before the first.
+    pub last: u32,
+}
+
+impl FrameRange {
+    /// The frames in their order.
+    pub fn iter(self) -> impl Iterator<Item = FrameIndex> {
+        (self.first..=self.last).map(FrameIndex)
+    }
+}
+
+impl std::fmt::Display for FrameRange {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { first, last } = self;
+        if first == last { write!(f, "frame {first}") } else { write!(f, "frames {first} to {last}") }
+    }
+}
+
+/// Why a scene is no view of a volume.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// Its transfer function has no meaning over the volume's range.
+    #[error(transparent)]
+    TransferFunction(#[from] TransferFunctionError),
+    /// Its opacity table has not been read.
+    #[error("the opacity table {0} has not been read")]
+    Table(String),
 }
 
 /// What the values of control points mean.
@@ -66,8 +121,12 @@ impl Scene {
     ///
     /// # Errors
     /// When the control points coincide after they were mapped onto `range`, which takes a range of few
-    /// floating-point steps.
-    pub fn view(&self, range: ValueRange, filter: Filter) -> Result<View, TransferFunctionError> {
+    /// floating-point steps; or when the scene's opacity table still lies in a file.
+    pub fn view(&self, range: ValueRange, filter: Filter) -> Result<View, SceneError> {
+        let colour_opacity = match &self.opacity {
+            SceneOpacity::Known(opacity) => opacity.clone(),
+            SceneOpacity::File(path) => return Err(SceneError::Table(path.written().to_owned())),
+        };
         Ok(View {
             size: self.size,
             camera: self.camera,
@@ -75,7 +134,7 @@ impl Scene {
             step_voxels: self.step_voxels,
             termination: self.early_termination,
             filter,
-            colour_opacity: ColourOpacity::default(),
+            colour_opacity,
             value_range: range,
             shading: self.shading,
             clip: self.clip,
@@ -87,7 +146,7 @@ impl Scene {
     /// if that is more, by a thousandth of the value.
     ///
     /// # Errors
-    /// As [`Scene::view`].
+    /// When the control points coincide after they were mapped onto `range`.
     pub fn transfer_function(&self, range: ValueRange) -> Result<TransferFunction, TransferFunctionError> {
         if self.domain == TransferDomain::Data {
             return TransferFunction::new(self.control_points.clone());

@@ -92,6 +92,18 @@ impl OpacityTable {
 }
 
 impl ColourOpacity {
+    /// What a configuration names, with what it means.
+    pub const NAMED: [(&str, &str, Self); 4] = [
+        (
+            "luminance",
+            "the transfer function of the luminance; its colours tint the voxel's own",
+            Self::Luminance,
+        ),
+        ("red", "the transfer function of red", Self::Channel(0)),
+        ("green", "the transfer function of green", Self::Channel(1)),
+        ("blue", "the transfer function of blue", Self::Channel(2)),
+    ];
+
     /// Shares of the channels in the number that the transfer function takes, and whose gradient is the normal: of the
     /// luminance, those of ITU-R BT.709.
     #[must_use]

@@ -2,8 +2,10 @@
 
 mod cut;
 mod row;
+mod strata;
 mod training;
 
 pub use cut::{cuts, inside};
 pub use row::BlockRow;
+pub use strata::stratified_training_vectors;
 pub use training::{training_vectors, value_range};

@@ -13,11 +13,12 @@ use crate::{Vectors, sample};
 const STEP: usize = 256;
 
 /// A row of blocks, and which of them are wanted.
-struct Wanted {
-    frame: FrameIndex,
-    by: u32,
-    bz: u32,
-    blocks: Vec<u32>,
+pub(super) struct Wanted {
+    pub frame: FrameIndex,
+    pub by: u32,
+    pub bz: u32,
+    /// Numbers along x, and what a whole block of that number weighs.
+    pub blocks: Vec<(u32, f64)>,
 }
 
 /// At most `count` blocks of the frames `frames`, as vectors. A block that the volume's border cuts is filled by
@@ -42,11 +43,21 @@ pub fn training_vectors(
         let (by, bz) = ((row % gy) as u32, (row / gy % gz) as u32);
         let frame = FrameIndex(frames.start + (row / gy / gz) as u32);
         match rows.last_mut() {
-            Some(last) if (last.frame, last.by, last.bz) == (frame, by, bz) => last.blocks.push(bx),
-            _ => rows.push(Wanted { frame, by, bz, blocks: vec![bx] }),
+            Some(last) if (last.frame, last.by, last.bz) == (frame, by, bz) => last.blocks.push((bx, 1.0)),
+            _ => rows.push(Wanted { frame, by, bz, blocks: vec![(bx, 1.0)] }),
         }
     }
-    let dimension = block.0.voxels() as usize * layout.channels as usize;
+    read_wanted(source, block, &rows, run)
+}
+
+/// The blocks of some rows, in order.
+pub(super) fn read_wanted(
+    source: &dyn BrickSource,
+    block: Block,
+    rows: &[Wanted],
+    run: &Progress<'_>,
+) -> Result<Vectors, EncodeError> {
+    let dimension = block.0.voxels() as usize * source.layout().channels as usize;
     let mut vectors = Vectors::new(dimension);
     for step in rows.chunks(STEP) {
         let read = |row: &Wanted| row_vectors(source, block, row, dimension);
@@ -66,11 +77,11 @@ fn row_vectors(
     let row = BlockRow::read(source, block, wanted.frame, wanted.by, wanted.bz)?;
     let mut vectors = Vectors::new(dimension);
     let mut vector = Vec::with_capacity(dimension);
-    for &bx in &wanted.blocks {
+    for &(bx, weight) in &wanted.blocks {
         vector.clear();
         row.append(bx, &mut vector);
         let inside: usize = row.cut(bx).iter().product();
-        vectors.push(&vector, inside as f64 / block.0.voxels() as f64);
+        vectors.push(&vector, weight * inside as f64 / block.0.voxels() as f64);
     }
     Ok(vectors)
 }

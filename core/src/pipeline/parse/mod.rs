@@ -15,7 +15,7 @@ use std::fmt;
 
 use super::document::{Document, Node, Value};
 use super::read::{Fields, unknown};
-use super::{Experiment, Scene, Volume};
+use super::{Experiment, FilePath, Scene, Volume};
 use crate::codec::Registry;
 use crate::diagnostic::Diagnostic;
 use crate::render::RendererInfo;
@@ -131,6 +131,14 @@ fn name_of(fields: &Fields<'_>, example: &str) -> Result<String, Diagnostic> {
         return Err(node.not_allowed("a name without control characters"));
     }
     Ok(name.to_owned())
+}
+
+/// A path of a file that exists when it is read, not when it is parsed.
+fn path(file: &Node) -> Result<FilePath, Diagnostic> {
+    FilePath::new(file.text()?).map_err(|e| {
+        file.error(e.to_string(), "not a path")
+            .with_note("`$NAME` and `${NAME}` stand for environment variables, `$$` for `$`")
+    })
 }
 
 /// The errors so far.

@@ -2,6 +2,8 @@
 
 mod camera;
 mod clip_box;
+mod frame;
+mod opacity;
 mod shading;
 mod transfer_function;
 
@@ -20,6 +22,8 @@ pub(in crate::pipeline) const SCENE_KEYS: &[&str] = &[
     "camera",
     "transfer_function",
     "transfer_function_domain",
+    "opacity",
+    "frame",
     "shading",
     "clip_box",
     "step_voxels",
@@ -58,6 +62,8 @@ pub(super) fn read(node: &Node) -> Result<Scene, Diagnostic> {
         background: fields.optional("background", background)?.unwrap_or([0.0; 3]),
         shading: fields.optional("shading", shading::read)?.flatten(),
         clip: fields.optional("clip_box", clip_box::read)?.flatten(),
+        opacity: fields.optional("opacity", opacity::read)?.unwrap_or_default(),
+        frames: fields.optional("frame", frame::read)?.unwrap_or_default(),
         name,
     })
 }

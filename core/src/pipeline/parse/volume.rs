@@ -4,7 +4,7 @@ use super::super::config::{ByteOrder, RawLayout, Volume, VolumeSource};
 use super::super::document::Node;
 use super::super::file_path::FilePath;
 use super::super::read::{Fields, unknown};
-use super::{Known, name_of};
+use super::{Known, name_of, path};
 use crate::diagnostic::Diagnostic;
 use crate::volume::{Extent, SampleType, StoredType};
 
@@ -80,13 +80,6 @@ fn generated_source(
         extent: fields.optional("dims", dims)?.unwrap_or(edge),
         frames: fields.optional("frames", frames)?.unwrap_or(1),
         sample: fields.optional("dtype", sample)?.unwrap_or(SampleType::U8),
-    })
-}
-
-fn path(file: &Node) -> Result<FilePath, Diagnostic> {
-    FilePath::new(file.text()?).map_err(|e| {
-        file.error(e.to_string(), "not a path")
-            .with_note("`$NAME` and `${NAME}` stand for environment variables, `$$` for `$`")
     })
 }
 

@@ -2,7 +2,7 @@
 
 use super::shape::{Bounds, Key, Presence, Relation, Shape, Table};
 use crate::pipeline::Scene;
-use crate::render::{Camera, Light, Preset, Projection, Shading};
+use crate::render::{Camera, ColourOpacity, Light, Preset, Projection, Shading};
 
 /// A number of single precision as it was written.
 fn single(x: f32) -> f64 {
@@ -22,6 +22,8 @@ pub(super) fn table() -> Table {
         word("data", "control values are data values"),
         word("range", "0 is the volume's lowest value, 1 its highest; named functions always are"),
     ];
+    let opacities = ColourOpacity::NAMED.iter().map(|(name, meaning, _)| word(name, meaning)).collect();
+    let frame = || Shape::Integer { min: 0, max: i64::from(u32::MAX) };
     let opacity = Bounds { above: Some(0.0), max: Some(1.0), ..Bounds::ANY };
     let keys = vec![
         Key::required(
@@ -54,6 +56,19 @@ pub(super) fn table() -> Table {
             Shape::Words(domains),
             Presence::Absent("\"data\" for control points, \"range\" for a preset"),
             "What control values mean",
+        ),
+        Key::with_default(
+            "opacity",
+            Shape::Any(vec![Shape::Words(opacities), Shape::Table(opacity_table())]),
+            "\"luminance\"",
+            "What decides the opacity of colours; scalar volumes know nothing of it",
+        ),
+        Key::with_default(
+            "frame",
+            Shape::Any(vec![frame(), Shape::Tuple(vec![frame(), frame()])]),
+            "0",
+            "The frame that is drawn, counted from 0, or [first, last] of a range: each frame then has a picture of its \
+             own, and the figures of a cell are pooled over them",
         ),
         Key::with_default(
             "shading",
@@ -96,6 +111,13 @@ fn transfer_function() -> Shape {
     let point = Shape::Tuple(vec![Shape::Number(Bounds::SINGLE), Shape::Colour { opacity: true }]);
     let presets = Preset::ALL.iter().map(|preset| word(preset.name, preset.doc)).collect();
     Shape::Any(vec![Shape::Words(presets), Shape::List { item: Box::new(point), least: 2 }])
+}
+
+fn opacity_table() -> Table {
+    let doc = "A volume file of 2³ to 64³ opacities from 0 to 1 of one voxel length, red along x, green along y, blue \
+               along z; trilinear in between. In NumPy the index is [blue, green, red]";
+    let keys = vec![Key::required("table", Shape::Path, doc)];
+    Table::new("A table over all colours, from dark (first) to bright (last).", keys)
 }
 
 fn camera() -> Table {

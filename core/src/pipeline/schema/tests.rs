@@ -10,7 +10,8 @@ use super::{json_schema, markdown};
 use crate::diagnostic::Diagnostic;
 
 /// What no schema can say: errors of the parser in which these words stand.
-const BEYOND: [&str; 9] = [
+const BEYOND: [&str; 10] = [
+    "a range of frames runs forwards",
     "control points are out of order",
     "all control points lie at one value",
     "the clip box is empty along",

@@ -1,8 +1,11 @@
-//! Shading, clip box and named transfer functions: what is read, and the text of every error.
+//! Shading, clip box, opacity of colours, frames and named transfer functions: what is read, and the text of every
+//! error.
 
 use super::*;
-use crate::pipeline::{Scene, TransferDomain};
-use crate::render::{ClipBox, Filter, Light, Preset, Shading};
+use std::sync::Arc;
+
+use crate::pipeline::{FrameRange, Scene, SceneError, SceneOpacity, TransferDomain};
+use crate::render::{ClipBox, ColourOpacity, Filter, Light, OpacityTable, Preset, Shading};
 use crate::volume::ValueRange;
 
 /// The scene of the example with these lines in place of its step.
@@ -50,6 +53,116 @@ fn optics_reach_the_view() {
     let view = scene.view(ValueRange { min: 0.0, max: 255.0 }, Filter::Linear).unwrap();
     assert_eq!(view.shading, Some(Shading { light: Light::Fixed, ..Shading::default() }));
     assert_eq!(view.clip, Some(ClipBox { low: [0.0, 0.25, 0.5], high: [1.0, 0.75, 0.625] }));
+}
+
+#[test]
+fn what_decides_the_opacity_of_colours_reaches_the_view_once_it_is_read() {
+    let range = ValueRange { min: 0.0, max: 255.0 };
+    let opacity = |scene: &Scene| scene.view(range, Filter::Linear).map(|view| view.colour_opacity);
+    assert_eq!(opacity(&scene("")), Ok(ColourOpacity::Luminance));
+    assert_eq!(scene("opacity = \"luminance\""), scene(""));
+    assert_eq!(opacity(&scene("opacity = \"blue\"")), Ok(ColourOpacity::Channel(2)));
+    let mut from_file = scene("opacity = { table = \"$TABLES/a.npy\" }");
+    assert_eq!(opacity(&from_file), Err(SceneError::Table("$TABLES/a.npy".to_owned())));
+    let table = ColourOpacity::Table(Arc::new(OpacityTable::new(2, &[0.5; 8]).unwrap()));
+    from_file.opacity = SceneOpacity::Known(table.clone());
+    assert_eq!(opacity(&from_file), Ok(table));
+}
+
+#[test]
+fn a_frame_or_a_range_is_drawn() {
+    assert_eq!(scene("").frames, FrameRange { first: 0, last: 0 });
+    assert_eq!(scene("frame = 7").frames, FrameRange { first: 7, last: 7 });
+    let range = scene("frame = [2, 4]").frames;
+    assert_eq!(range.iter().map(|frame| frame.0).collect::<Vec<_>>(), [2, 3, 4]);
+    assert_eq!(
+        (range.to_string(), scene("frame = 7").frames.to_string()),
+        ("frames 2 to 4".into(), "frame 7".into())
+    );
+}
+
+#[test]
+fn wrong_opacities_and_frames() {
+    let text = errors(&[
+        ("step_voxels = 0.5", "opacity = \"lumiance\""),
+        ("step_voxels = 0.5", "opacity = 0.5"),
+        ("step_voxels = 0.5", "opacity = {}"),
+        ("step_voxels = 0.5", "opacity = { table = \"\" }"),
+        ("step_voxels = 0.5", "opacity = { file = \"a.npy\" }"),
+        ("step_voxels = 0.5", "frame = -1"),
+        ("step_voxels = 0.5", "frame = 1.5"),
+        ("step_voxels = 0.5", "frame = [1, 2, 3]"),
+        ("step_voxels = 0.5", "frame = [4, 2]"),
+    ]);
+    insta::assert_snapshot!(text, @r#"
+    error: no channel is called `lumiance`
+       ┌─ x.toml:26:11
+       │
+    26 │ opacity = "lumiance"
+       │           ^^^^^^^^^^ unknown channel
+       │
+       = did you mean `luminance`?
+       = known channels: luminance, red, green, blue
+       = a table over all colours is { table = "file.npy" }
+
+    error: expected "luminance", a channel, or { table = "file.npy" }, found a float
+       ┌─ x.toml:26:11
+       │
+    26 │ opacity = 0.5
+       │           ^^^ expected "luminance", a channel, or { table = "file.npy" }
+
+    error: the opacity has no `table`
+       ┌─ x.toml:26:11
+       │
+    26 │ opacity = {}
+       │           ^^ missing here
+       │
+       = write, for instance, `table = "file.npy"`
+
+    error: the path is empty
+       ┌─ x.toml:26:21
+       │
+    26 │ opacity = { table = "" }
+       │                     ^^ not a path
+       │
+       = `$NAME` and `${NAME}` stand for environment variables, `$$` for `$`
+
+    error: the opacity has no key `file`
+       ┌─ x.toml:26:13
+       │
+    26 │ opacity = { file = "a.npy" }
+       │             ^^^^ unknown key
+       │
+       = known keys: table
+
+    error: expected a number of a frame, counted from 0, found `-1`
+       ┌─ x.toml:26:9
+       │
+    26 │ frame = -1
+       │         ^^ expected a number of a frame, counted from 0
+       │
+       = a range is written [first, last]
+
+    error: expected a number of a frame, counted from 0, found a float
+       ┌─ x.toml:26:9
+       │
+    26 │ frame = 1.5
+       │         ^^^ expected a number of a frame, counted from 0
+       │
+       = a range is written [first, last]
+
+    error: expected the first and the last frame, found a list of 3
+       ┌─ x.toml:26:9
+       │
+    26 │ frame = [1, 2, 3]
+       │         ^^^^^^^^^ expected the first and the last frame
+
+    error: a range of frames runs forwards
+       ┌─ x.toml:26:9
+       │
+    26 │ frame = [4, 2]
+       │         ^^^^^^ the last frame comes before the first
+    "#);
 }
 
 #[test]

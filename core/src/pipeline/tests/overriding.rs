@@ -74,7 +74,7 @@ fn a_mistake_in_an_override_points_at_the_override() {
       │       ^^^^^^^^^^^^ unknown key
       │
       = did you mean `step_voxels`?
-      = known keys: name, volumes, size, camera, transfer_function, transfer_function_domain, shading, clip_box, step_voxels, early_termination, background
+      = known keys: name, volumes, size, camera, transfer_function, transfer_function_domain, opacity, frame, shading, clip_box, step_voxels, early_termination, background
 
     error: no scene is called `frnt`
       ┌─ --set:1:7

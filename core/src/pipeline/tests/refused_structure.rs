@@ -65,7 +65,7 @@ fn unknown_keys() {
        │ ^^^^^^^^^^ unknown key
        │
        = did you mean `step_voxels`?
-       = known keys: name, volumes, size, camera, transfer_function, transfer_function_domain, shading, clip_box, step_voxels, early_termination, background
+       = known keys: name, volumes, size, camera, transfer_function, transfer_function_domain, opacity, frame, shading, clip_box, step_voxels, early_termination, background
 
     error: the camera has no key `azimut`
        ┌─ x.toml:24:12

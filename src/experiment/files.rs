@@ -1,0 +1,63 @@
+//! Names of the files of a cell, below the report's folder.
+
+use cvr_core::volume::FrameIndex;
+
+use super::record::Record;
+
+/// Folder of the pictures.
+pub const IMAGES: &str = "images";
+/// Folder of the figures of single frames.
+pub const FRAMES: &str = "frames";
+
+/// Endings of pictures, the longer first.
+const ENDINGS: [&str; 2] = [".error.png", ".png"];
+
+/// Name of a later frame's picture, after that of the first frame of the scene: of `a.png` and frame 7 `a.f0007.png`,
+/// of `a.error.png` `a.f0007.error.png`.
+#[must_use]
+pub fn of_frame(path: &str, frame: FrameIndex) -> String {
+    let ending = ENDINGS.iter().find(|ending| path.ends_with(**ending)).unwrap_or(&"");
+    format!("{}.f{:04}{ending}", path.strip_suffix(ending).unwrap_or(path), frame.0)
+}
+
+/// A picture and those of the later frames, in their order.
+pub fn of_frames(first: &str, record: &Record) -> Vec<String> {
+    let later = (record.first_frame..record.last_frame).map(|f| of_frame(first, FrameIndex(f + 1)));
+    std::iter::once(first.to_owned()).chain(later).collect()
+}
+
+/// All files of a cell: pictures, pictures of errors, and the figures of its frames.
+#[must_use]
+pub fn of_cell(record: &Record) -> Vec<String> {
+    let pictures = [&record.image, &record.error_image].into_iter().flatten();
+    let figures = record.frame_figures.clone();
+    pictures.flat_map(|first| of_frames(first, record)).chain(figures).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn later_frames_are_named_after_the_first() {
+        let record = Record {
+            first_frame: 8,
+            last_frame: 10,
+            image: Some("images/a.b.png".to_owned()),
+            error_image: Some("images/a.b.error.png".to_owned()),
+            frame_figures: Some("frames/a.b.csv".to_owned()),
+            ..Record::default()
+        };
+        let expected = [
+            "images/a.b.png",
+            "images/a.b.f0009.png",
+            "images/a.b.f0010.png",
+            "images/a.b.error.png",
+            "images/a.b.f0009.error.png",
+            "images/a.b.f0010.error.png",
+            "frames/a.b.csv",
+        ];
+        assert_eq!(of_cell(&record), expected);
+        assert_eq!(of_cell(&Record::default()), [""; 0]);
+    }
+}

@@ -1,0 +1,80 @@
+//! What cells of one codec, its settings and a level share beside the stream: what is decoded and compared of the frame that is
+//! drawn.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use cvr_core::codec::Site;
+use cvr_core::pipeline::Cell;
+use cvr_core::render::Filter;
+use cvr_core::volume::FrameIndex;
+
+use super::deferred::SharedDecode;
+use super::encoded::Encoded;
+use super::latest::Latest;
+use super::record::Record;
+use super::target::{Decoded, HostVolume, Target};
+
+/// Shared by the cells of one codec, its settings and a level, as long as one of them runs.
+pub struct Shared<'a> {
+    codec: &'a str,
+    encoded: &'a Encoded,
+    target: &'a Target,
+    /// Whether a cell reads voxels through `fetch_cell`.
+    use_cell: bool,
+    parity: RefCell<BTreeMap<FrameIndex, Option<u64>>>,
+    host: Latest<HostVolume>,
+    deferred: Latest<SharedDecode>,
+}
+
+impl<'a> Shared<'a> {
+    /// Nothing yet; the cells are all of one codec, its settings and a level.
+    pub fn new<'c>(
+        target: &'a Target,
+        codec: &'a str,
+        encoded: &'a Encoded,
+        mut cells: impl Iterator<Item = &'c Cell>,
+    ) -> Self {
+        let use_cell = cells.any(|cell| cell.filter == Filter::OptimisedLinear);
+        let parity = RefCell::default();
+        let (host, deferred) = (Latest::default(), Latest::default());
+        Self { codec, encoded, target, use_cell, parity, host, deferred }
+    }
+
+    /// The stream.
+    #[must_use]
+    pub const fn encoded(&self) -> &'a Encoded {
+        self.encoded
+    }
+
+    /// A frame as a site wants it. The record learns what the device took to decode it, and on how many samples its
+    /// shader and the CPU disagree.
+    ///
+    /// # Errors
+    /// A sentence, when a frame cannot be decoded or held, or the device decodes other texels than the CPU.
+    pub fn decoded(&self, site: Site, frame: FrameIndex, record: &mut Record) -> Result<Decoded, String> {
+        let decoder = self.encoded.decoder.as_ref();
+        Ok(match site {
+            Site::Host => Decoded::Host(self.host.get(frame, || {
+                self.target.upload(decoder, self.encoded.frame(frame)?).map_err(|e| e.to_string())
+            })?),
+            Site::Deferred => {
+                let decode = self.deferred.get(frame, || {
+                    let decoded = self.encoded.frame(frame)?;
+                    SharedDecode::new(self.target, self.codec, decoder, (frame, self.encoded.level), &decoded)
+                        .map_err(|e| e.to_string())
+                })?;
+                Decoded::Deferred(decode.enter(record)?)
+            }
+            _ => {
+                let known = self.parity.borrow().get(&frame).copied();
+                record.parity_mismatches = match known {
+                    Some(mismatches) => mismatches,
+                    None => self.encoded.parity(self.codec, self.target, frame, self.use_cell)?,
+                };
+                self.parity.borrow_mut().insert(frame, record.parity_mismatches);
+                Decoded::Inline
+            }
+        })
+    }
+}
