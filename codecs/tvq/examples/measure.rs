@@ -2,7 +2,8 @@
 //!
 //! `CVR_DATA=folder cargo run --release -p cvr-tvq --example measure -- bonsai,mr_vs payload=fixed rate=0.4,0.75`
 //!
-//! A setting of several values, separated by commas, is tried with each.
+//! A setting of several values, separated by commas, is tried with each. `bonsai@64` is the cube of 64³ voxels in the middle
+//! of bonsai: how time grows with voxels. Memory is the most that this process has held so far (Linux).
 
 #![allow(clippy::unwrap_used, reason = "a program of figures, which any failure ends")]
 
@@ -13,13 +14,35 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cvr_core::codec::{Codec as _, SettingValue, Settings, decode_frame, encode_temporary};
-use cvr_core::volume::{BrickSource as _, FiniteVolume, FrameIndex, NoReferences};
+use cvr_core::volume::{
+    BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, Region, SampleType,
+    Samples, VolumeLayout,
+};
 use cvr_tvq::Tvq;
 use rustix::time::{ClockId, clock_gettime};
 
 fn cpu_seconds() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
+
+/// The most memory that this process has held, in MiB; 0 where the system does not tell.
+fn peak_mib() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok()).unwrap_or(0) / 1024
+}
+
+/// The cube of `edge` voxels in the middle of a scalar volume of bytes.
+fn middle(volume: &FiniteVolume, edge: u32) -> FiniteVolume {
+    let extent = volume.layout().extent.to_array();
+    let origin = extent.map(|e| (e - edge) / 2);
+    let region = Region { origin, extent: Extent::cube(edge).unwrap() };
+    let mut values = vec![0.0; region.extent.voxels() as usize];
+    volume.read(FrameIndex::FIRST, region, &mut values).unwrap();
+    let samples = Samples::U8(values.iter().map(|v| *v as u8).collect());
+    let layout = VolumeLayout::scalar(region.extent, SampleType::U8);
+    FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
 }
 
 /// PSNR in dB and bits per sample of the whole file, printed as a row.
@@ -29,6 +52,7 @@ fn measure(name: &str, volume: &FiniteVolume, pairs: &[(String, String)], verbos
     let (begun, wall) = (cpu_seconds(), Instant::now());
     let stream = Arc::new(encode_temporary(&Tvq, &settings, volume).unwrap());
     let (seconds, wall) = (cpu_seconds() - begun, wall.elapsed().as_secs_f64());
+    let peak = peak_mib();
     let layout = volume.layout();
     let rate = 8.0 * stream.file_bytes() as f64 / layout.samples() as f64;
     let decoder = Tvq.decoder(Arc::clone(&stream)).unwrap();
@@ -42,7 +66,10 @@ fn measure(name: &str, volume: &FiniteVolume, pairs: &[(String, String)], verbos
     }
     let psnr = 10.0 * (volume.range().span().powi(2) * layout.samples() as f64 / square).log10();
     let options: Vec<String> = pairs.iter().map(|(name, value)| format!("{name}={value}")).collect();
-    println!("| {name} | {} | {rate:.4} | {psnr:.3} | {seconds:.1} | {wall:.1} |", options.join(" "));
+    println!(
+        "| {name} | {} | {rate:.4} | {psnr:.3} | {seconds:.1} | {wall:.1} | {peak} |",
+        options.join(" ")
+    );
     if verbose {
         println!("  {:?} {}", stream.spec().report, stream.spec().parameters["training"]);
     }
@@ -62,9 +89,14 @@ fn main() {
         };
         all = all.iter().flat_map(with).collect();
     }
-    println!("| volume | settings | bits per sample | PSNR dB | CPU s | wall s |\n|---|---|---|---|---|---|");
+    println!(
+        "| volume | settings | bits per sample | PSNR dB | CPU s | wall s | peak MiB |\n|---|---|---|---|---|---|---|"
+    );
     for name in names.split(',') {
-        let volume = volumes::real(&folder, name);
+        let volume = match name.split_once('@') {
+            Some((whole, edge)) => middle(&volumes::real(&folder, whole), edge.parse().unwrap()),
+            None => volumes::real(&folder, name),
+        };
         all.iter().for_each(|pairs| measure(name, &volume, pairs, verbose));
     }
 }

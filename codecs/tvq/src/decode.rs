@@ -167,8 +167,9 @@ impl Frame<'_> {
         let n = number([0, 1, 2].map(|a| block[a] - first[a]), size) as u32;
         let place = channel as usize * g.bricks.voxels() as usize + number(brick, g.bricks.to_array());
         let (mut start, form) = (self.heads[2 * place], self.heads[2 * place + 1]);
+        let planes = form >> 24;
         let (mut before, mut count) = (0, 0);
-        for j in 0..form >> 24 {
+        for j in 0..planes {
             let (low, high) = (self.index[start as usize], self.index[start as usize + 1]);
             before += Self::below(low, high, n) << j;
             count += Self::bit(low, high, n) << j;

@@ -96,9 +96,10 @@ fn tvq_kept(block: vec3<u32>, channel: u32, place: u32) -> i32 {
     let head = (channel * bricks + tvq_numbered(brick, tvq_bricks)) * 2u;
     var start = tvq_heads(head);
     let form = tvq_heads(head + 1u);
+    let planes = form >> 24u;
     var before = 0u;
     var count = 0u;
-    for (var j = 0u; j < form >> 24u; j++) {
+    for (var j = 0u; j < planes; j++) {
         let low = tvq_index(start);
         let high = tvq_index(start + 1u);
         before += tvq_below(low, high, n) << j;

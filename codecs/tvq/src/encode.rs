@@ -20,8 +20,10 @@ use crate::train::Training;
 use crate::variable::{self, Kept};
 use crate::{CODEBOOK, HEADS, INDEX, TABLES};
 
-/// Bits of the container's header, as a rule.
-const HEADER_BITS: f64 = 2.0 * 2048.0 * 8.0;
+/// The container's header is a multiple of so many bytes.
+const HEADER_BYTES: f64 = 2048.0;
+/// What is in it at least, as a rule, and for each frame and set of tables.
+const HEADER_USED: [f64; 3] = [1800.0, 10.0, 10.0];
 /// A round of training that gains less than this part of the distortion is the last.
 const GAIN: f64 = 2e-3;
 
@@ -176,7 +178,11 @@ impl Work<'_> {
 
     /// Bits of everything but means, codes and codebooks.
     pub fn overhead(&self, books: u32) -> f64 {
-        HEADER_BITS + self.tables() * 32.0 * f64::from(5 + 3 * books)
+        let [used, per_frame, per_set] = HEADER_USED;
+        let (frames, sets) = (f64::from(self.layout.frames), self.sets.len() as f64);
+        let used = used + frames * per_frame + sets * per_set;
+        let header = 8.0 * HEADER_BYTES * (used / HEADER_BYTES).ceil();
+        header + self.tables() * 32.0 * f64::from(5 + 3 * books)
     }
 
     /// The threshold of the classes in units of sums; `expected` where it is automatic.
@@ -282,14 +288,14 @@ impl Work<'_> {
     }
 
     /// What goes into the record of every stream.
-    pub fn record(&self, coded: &[Vec<Coded>], classes: &serde_json::Value) -> serde_json::Value {
-        let sizes = |c: &Coded| c.books.iter().map(Book::size).collect::<Vec<_>>();
+    pub fn record(&self, coded: &[Vec<Coded>], payload: &serde_json::Value) -> serde_json::Value {
+        let codewords: usize = coded.iter().flatten().flat_map(|c| &c.books).map(Book::size).sum();
         json!({
             "initial": self.options.initial.name(),
             "generator": sample::GENERATOR,
             "seed": self.options.seed,
-            "codewords": coded.iter().take(1).flatten().take(8).map(sizes).collect::<Vec<_>>(),
-            "plan": classes,
+            "codewords": codewords,
+            "payload": payload,
         })
     }
 }

@@ -136,39 +136,38 @@ pub fn encode(work: &Work<'_>) -> Result<Vec<Vec<Coded>>, EncodeError> {
     }
 }
 
-/// The least rate that reaches a PSNR: budgets in steps of one bit per block, from the one that the curves promise.
+/// The least rate that reaches a PSNR, to within a fiftieth: budgets from the one that the curves promise on.
 fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Vec<Vec<Coded>>, EncodeError> {
     let error = work.error_of(psnr);
     let wanted = (error / work.samples()).sqrt() / work.unit();
-    let at = |bits: u32| plan.widths(work, f64::from(bits) * work.blocks(), true);
-    let most = 16 + 3 * plan.widest;
-    let mut bits = (1..most).find(|b| at(*b).expected <= wanted).unwrap_or(most);
-    let mut reached: Option<(u32, Vec<Vec<Coded>>)> = None;
-    let mut missed = 0;
+    let at = |budget: f64| plan.widths(work, budget, true);
+    let most = at(f64::INFINITY);
+    // Means of one bit, to begin with.
+    let mut budget = work.blocks();
+    while at(budget).expected > wanted && at(budget) != most {
+        budget *= 1.05;
+    }
+    let (mut missed, mut reached): (f64, Option<(f64, Vec<Vec<Coded>>)>) = (0.0, None);
     for _ in 0..TRIES {
-        let coded = code(work, at(bits))?;
-        let found = total_error(&coded);
-        if found <= error {
-            // A decibel is a sixth of a bit in each of 63 dimensions at most, and a third of that as a rule.
-            let spare = (10.0 * (error / found.max(1e-300)).log10() * 3.0) as u32;
-            reached = Some((bits, coded));
-            bits = bits.saturating_sub(spare.max(1)).max(missed + 1);
+        let coded = code(work, at(budget))?;
+        if total_error(&coded) <= error {
+            reached = Some((budget, coded));
         } else {
-            missed = missed.max(bits);
-            let lack = (10.0 * (found / error).log10() * 3.0) as u32;
-            bits = (bits + lack.max(1)).min(most);
-            if let Some((known, _)) = &reached {
-                bits = bits.min(known - 1);
+            missed = missed.max(budget);
+            if at(budget) == most {
+                break;
             }
         }
-        let done = reached.as_ref().is_some_and(|(known, _)| known - 1 <= missed);
-        if done || missed >= most {
-            break;
-        }
+        budget = match &reached {
+            Some((known, _)) if known / missed < 1.02 => break,
+            Some((known, _)) if missed > 0.0 => (known * missed).sqrt(),
+            Some((known, _)) => known / 1.15,
+            None => missed * 1.15,
+        };
     }
     match reached {
         Some((_, coded)) => Ok(coded),
-        None => code(work, at(most)),
+        None => code(work, most),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::books::Book;
 use crate::code::Plane;
 use crate::encode::{Coded, Work, Written, forms};
 use crate::geometry::{
-    BRICK, EDGE, Geometry, HEAD_WORDS, Parameters, Payload, VOXELS, block_grid, number, positions,
+    BRICK, EDGE, Geometry, HEAD_WORDS, Parameters, Payload, VALUE_BITS, VOXELS, block_grid, number, positions,
 };
 use crate::payload::{brick_words, count_bits, mean_width, variable_frame};
 use crate::settings::{CODE_BITS, Target};
@@ -18,13 +18,17 @@ use crate::train::Trainer;
 
 /// Blocks on which trials train.
 const OVERVIEW: u64 = 32768;
+/// Least error, in units of sums, at which a bit may pay.
+const LEAST_ERROR: f64 = 0.5;
+/// Codebooks are trained anew where the logarithm of the error at which a bit pays turns out to be off by this.
+const OFF: f64 = 0.5;
 /// Blocks of a table that are many.
 const MANY: f64 = 65536.0;
 /// Costs that differ by no more than this factor are about the same.
 const ABOUT_AS_GOOD: f64 = 1.02;
 /// Trials of one width.
 const TRIALS: usize = 6;
-/// How often codebooks are trained anew where a PSNR was missed.
+/// How often codebooks are trained at most.
 const TRIES: usize = 4;
 /// Squared error of a block that one bit is worth, over the mean square of its voxels: a bit less in each of 64
 /// dimensions would raise it by 2 ln 2.
@@ -140,7 +144,7 @@ fn near_zero(known: &mut [(f64, f64)]) -> Option<f64> {
 fn most_bits(work: &Work<'_>) -> f64 {
     match work.options.target {
         Target::Rate(rate) => rate * work.samples(),
-        _ => f64::from(8 + CODE_BITS) * work.blocks(),
+        _ => f64::from(8 + CODE_BITS) * work.blocks() + fixed_bits(work, 0, 0.0),
     }
 }
 
@@ -181,16 +185,28 @@ fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
 /// Those of reading, and when the run was cancelled.
 pub fn encode(work: &Work<'_>) -> Result<(Vec<Vec<Coded>>, Kept), EncodeError> {
     let mut point = plan(work)?;
-    let mut coded = code(work, point)?;
-    for _ in 1..TRIES {
-        let Target::Psnr(psnr) = work.options.target else { break };
-        if total_at(work, &coded, 0.0).error <= work.error_of(psnr) || point.error <= 0.5 {
-            break;
+    let mut tries = 0;
+    let (mut coded, price) = loop {
+        let coded = code(work, point)?;
+        tries += 1;
+        let missed = match work.options.target {
+            Target::Psnr(psnr) => total_at(work, &coded, 0.0).error > work.error_of(psnr),
+            _ => false,
+        };
+        let price = choose(work, &coded, point.price() * work.unit().powi(2));
+        // What pays at this price is not what the codebooks were made for.
+        let suited = (price / PRICE).sqrt() / work.unit();
+        let off = (suited / point.error).ln();
+        if tries == TRIES || (!missed && off.abs() < OFF) {
+            break (coded, price);
         }
-        point.error = (point.error * 0.7).max(0.5);
-        coded = code(work, point)?;
-    }
-    let price = choose(work, &coded, point.price() * work.unit().powi(2));
+        let next = if missed { 0.7 * point.error } else { suited };
+        let next = next.clamp(LEAST_ERROR, f64::from(1 << VALUE_BITS));
+        if (next / point.error).ln().abs() < 0.1 {
+            break (coded, price);
+        }
+        point.error = next;
+    };
     let kept: Kept = coded
         .iter()
         .map(|set| set.iter().map(|c| c.planes.iter().map(|p| kept(p, price * width(c))).collect()).collect())
@@ -221,7 +237,7 @@ fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
         Target::Psnr(psnr) => (work.error_of(psnr) / work.samples()).sqrt() / work.unit(),
         _ => 0.0126 * work.span / work.unit(),
     };
-    let error = error.max(0.5);
+    let error = error.max(LEAST_ERROR);
     if work.options.index_bits > 0 {
         return Ok(overview.find(Point { width: work.options.index_bits, error })?.0);
     }
@@ -364,8 +380,8 @@ fn choose(work: &Work<'_>, coded: &[Vec<Coded>], price: f64) -> f64 {
         Target::Psnr(psnr) => total_at(work, coded, price).error > work.error_of(psnr),
         _ => total_at(work, coded, price).bits <= most_bits(work),
     };
-    let (mut low, mut high) = ((price * 1e-3).max(1e-300).ln(), (price * 1e3).max(1e-300).ln());
-    for _ in 0..30 {
+    let (mut low, mut high) = ((price * 1e-6).max(1e-300).ln(), (price * 1e6).max(1e-300).ln());
+    for _ in 0..36 {
         let middle = 0.5 * (low + high);
         if met(middle.exp()) { high = middle } else { low = middle }
     }
@@ -398,7 +414,7 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
     );
     let geometry = geometry.ok_or_else(|| EncodeError::Unsupported("sizes are out of range".to_owned()))?;
     let (mut tables, mut frames) = (Vec::new(), Vec::new());
-    for (set, kept) in coded.iter().zip(kept) {
+    for (set, kept) in coded.iter().zip(kept.iter()) {
         let mut first = 0;
         let of_table = |c: &Coded| {
             let mut forms = forms(&c.books, &mut first, false);
@@ -419,9 +435,14 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
         }
         tables.push(of_set);
     }
-    let mut counts = vec![0_u64; books as usize + 1];
-    kept.iter().flatten().flatten().flatten().for_each(|n| counts[usize::from(*n)] += 1);
-    let training = work.record(coded, &json!({ "blocks_by_codes": counts }));
+    let counts = || kept.iter().flatten().flatten().flatten().map(|n| u64::from(*n));
+    let training = work.record(
+        coded,
+        &json!({
+            "codes": counts().sum::<u64>(),
+            "blocks_without": counts().filter(|n| *n == 0).count(),
+        }),
+    );
     Ok(Written { tables, books, frames, notes: notes(work, coded, kept), training })
 }
 

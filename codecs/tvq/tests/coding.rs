@@ -166,8 +166,7 @@ fn colours_and_frames_share_or_own_their_codebooks() {
         for frame in [0, 1].map(FrameIndex) {
             let decoded = decode_frame(decoder.as_ref(), frame, &NoReferences).unwrap();
             let source = wave.dense().frame_values(frame);
-            let square: f64 =
-                decoded.iter().zip(&source).map(|(d, s)| f64::from(d - s).powi(2)).sum::<f64>();
+            let square: f64 = decoded.iter().zip(&source).map(|(d, s)| f64::from(d - s).powi(2)).sum::<f64>();
             assert!(square / (source.len() as f64) < 150.0, "{tables} {payload}: {square}");
         }
     };
@@ -206,6 +205,7 @@ fn transforms_and_thresholds_matter_where_codevectors_are_confined() {
         let all = square(&[("transform", transform)], 4);
         assert!(all < 0.5 * means, "{transform}: {all} of {means}");
     }
-    let (with, without) = (square(&[("classification", "true")], 4), square(&[("classification", "false")], 4));
+    let (with, without) =
+        (square(&[("classification", "true")], 4), square(&[("classification", "false")], 4));
     assert!(with < 0.5 * means && without < 0.5 * means && with != without);
 }

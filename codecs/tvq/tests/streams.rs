@@ -36,7 +36,12 @@ const KEPT: [Kept; 2] = [
         name: "v1-rgb-variable-per-frame",
         version: 1,
         crc32c: 0,
-        made: (SampleType::I16, 3, 2, &[("payload", "variable"), ("tables", "per-frame"), ("index_bits", "4")]),
+        made: (
+            SampleType::I16,
+            3,
+            2,
+            &[("payload", "variable"), ("tables", "per-frame"), ("index_bits", "4"), ("rate", "6")],
+        ),
     },
 ];
 
@@ -85,7 +90,10 @@ fn streams_that_were_kept_decode_to_what_they_did() {
         assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
         let found = checksum(stream);
         if found != kept.crc32c {
-            problems.push(format!("{}: the checksum is {found:#010x}, {:#010x} was kept", kept.name, kept.crc32c));
+            problems.push(format!(
+                "{}: the checksum is {found:#010x}, {:#010x} was kept",
+                kept.name, kept.crc32c
+            ));
         }
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
