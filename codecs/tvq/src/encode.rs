@@ -56,6 +56,9 @@ pub struct Coded {
     pub planes: Vec<Plane>,
 }
 
+/// The tables of every set, by sub-volume.
+pub type Sets = Vec<Vec<Coded>>;
+
 /// Everything that a stream holds beside codebooks.
 #[derive(Debug)]
 pub struct Written {
@@ -117,7 +120,7 @@ fn domains(layout: &VolumeLayout, options: &Options) -> Vec<Vec<Domain>> {
 
 impl Work<'_> {
     /// Codebooks and codes, and how many codes each block keeps.
-    fn code(&self) -> Result<(Vec<Vec<Coded>>, Option<Kept>), EncodeError> {
+    fn code(&self) -> Result<(Sets, Option<Kept>), EncodeError> {
         match self.options.payload {
             Payload::Fixed => Ok((fixed::encode(self)?, None)),
             Payload::Variable => variable::encode(self).map(|(coded, kept)| (coded, Some(kept))),
@@ -182,7 +185,9 @@ impl Work<'_> {
         let (frames, sets) = (f64::from(self.layout.frames), self.sets.len() as f64);
         let used = used + frames * per_frame + sets * per_set;
         let header = 8.0 * HEADER_BYTES * (used / HEADER_BYTES).ceil();
-        header + self.tables() * 32.0 * f64::from(5 + 3 * books)
+        // A word behind each frame, and a last word of each set's codebooks that is not full.
+        let ends = 64.0 * frames + 32.0 * sets;
+        header + ends + self.tables() * 32.0 * f64::from(5 + 3 * books)
     }
 
     /// The threshold of the classes in units of sums; `expected` where it is automatic.

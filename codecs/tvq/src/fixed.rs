@@ -6,7 +6,7 @@ use serde_json::json;
 use crate::allocate::{Choice, allocate};
 use crate::blocks::{Domain, Sample};
 use crate::books::Book;
-use crate::encode::{Coded, Work, Written, forms};
+use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::VOXELS;
 use crate::payload::{fixed_frame, fixed_words, mean_width};
 use crate::settings::{CODE_BITS, Target};
@@ -19,6 +19,8 @@ const MEASURED: [u32; 4] = [3, 5, 7, 9];
 const OVERVIEW: u64 = 12288;
 /// Widths of a code that a stream may have beside none.
 const WIDTHS: std::ops::RangeInclusive<u32> = 4..=16;
+/// How many budgets are tried for a PSNR.
+const SEARCH: usize = 12;
 /// How often the widths are chosen anew.
 const TRIES: usize = 8;
 
@@ -115,7 +117,7 @@ impl Plan {
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
-pub fn encode(work: &Work<'_>) -> Result<Vec<Vec<Coded>>, EncodeError> {
+pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
     let plan = Plan::measure(work)?;
     match work.options.target {
         Target::Codes => code(work, plan.widths(work, f64::from(CODE_BITS) * work.blocks(), false)),
@@ -137,7 +139,7 @@ pub fn encode(work: &Work<'_>) -> Result<Vec<Vec<Coded>>, EncodeError> {
 }
 
 /// The least rate that reaches a PSNR, to within a fiftieth: budgets from the one that the curves promise on.
-fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Vec<Vec<Coded>>, EncodeError> {
+fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Sets, EncodeError> {
     let error = work.error_of(psnr);
     let wanted = (error / work.samples()).sqrt() / work.unit();
     let at = |budget: f64| plan.widths(work, budget, true);
@@ -147,8 +149,9 @@ fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Vec<Vec<Coded>>, Enc
     while at(budget).expected > wanted && at(budget) != most {
         budget *= 1.05;
     }
-    let (mut missed, mut reached): (f64, Option<(f64, Vec<Vec<Coded>>)>) = (0.0, None);
-    for _ in 0..TRIES {
+    let mut missed = 0.0_f64;
+    let mut reached: Option<(f64, Sets)> = None;
+    for _ in 0..SEARCH {
         let coded = code(work, at(budget))?;
         if total_error(&coded) <= error {
             reached = Some((budget, coded));
@@ -159,10 +162,10 @@ fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Vec<Vec<Coded>>, Enc
             }
         }
         budget = match &reached {
-            Some((known, _)) if known / missed < 1.02 => break,
+            Some((known, _)) if known / missed < 1.02 || at(*known) == at(missed * 1.001) => break,
             Some((known, _)) if missed > 0.0 => (known * missed).sqrt(),
-            Some((known, _)) => known / 1.15,
-            None => missed * 1.15,
+            Some((known, _)) => known / 1.5,
+            None => missed * 1.2,
         };
     }
     match reached {
@@ -188,7 +191,7 @@ pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>]) -> f64 {
     coded.iter().flatten().map(of_table).sum()
 }
 
-fn code(work: &Work<'_>, widths: Widths) -> Result<Vec<Vec<Coded>>, EncodeError> {
+fn code(work: &Work<'_>, widths: Widths) -> Result<Sets, EncodeError> {
     let training = work.training(false);
     let (mean_shift, threshold) = (work.mean_shift(widths.expected), work.threshold(widths.expected));
     let mut seed = work.options.seed;

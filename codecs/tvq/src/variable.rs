@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::blocks::{Domain, Sample};
 use crate::books::Book;
 use crate::code::Plane;
-use crate::encode::{Coded, Work, Written, forms};
+use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::{
     BRICK, EDGE, Geometry, HEAD_WORDS, Parameters, Payload, VALUE_BITS, VOXELS, block_grid, number, positions,
 };
@@ -183,29 +183,35 @@ fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
-pub fn encode(work: &Work<'_>) -> Result<(Vec<Vec<Coded>>, Kept), EncodeError> {
+pub fn encode(work: &Work<'_>) -> Result<(Sets, Kept), EncodeError> {
     let mut point = plan(work)?;
-    let mut tries = 0;
-    let (mut coded, price) = loop {
+    // The best so far: what it fails by (nothing, where the target is met), its price and its codes.
+    let mut best: Option<([f64; 2], f64, Sets)> = None;
+    for _ in 0..TRIES {
         let coded = code(work, point)?;
-        tries += 1;
-        let missed = match work.options.target {
-            Target::Psnr(psnr) => total_at(work, &coded, 0.0).error > work.error_of(psnr),
-            _ => false,
-        };
         let price = choose(work, &coded, point.price() * work.unit().powi(2));
+        let sum = total_at(work, &coded, price);
+        // By how much a target is missed, then what else is to be least.
+        let (missed, rank) = match work.options.target {
+            Target::Psnr(psnr) if sum.error > work.error_of(psnr) => (true, [sum.error, 0.0]),
+            Target::Psnr(_) => (false, [0.0, sum.bits]),
+            _ => (false, [0.0, sum.error]),
+        };
+        if best.as_ref().is_none_or(|b| rank < b.0) {
+            best = Some((rank, price, coded));
+        }
         // What pays at this price is not what the codebooks were made for.
         let suited = (price / PRICE).sqrt() / work.unit();
         let off = (suited / point.error).ln();
-        if tries == TRIES || (!missed && off.abs() < OFF) {
-            break (coded, price);
-        }
-        let next = if missed { 0.7 * point.error } else { suited };
+        let next = if missed { 0.7 * point.error } else { point.error * (0.7 * off).exp() };
         let next = next.clamp(LEAST_ERROR, f64::from(1 << VALUE_BITS));
-        if (next / point.error).ln().abs() < 0.1 {
-            break (coded, price);
+        if (!missed && off.abs() < OFF) || (next / point.error).ln().abs() < 0.1 {
+            break;
         }
         point.error = next;
+    }
+    let Some((_, price, mut coded)) = best else {
+        return Err(EncodeError::Unsupported("no blocks".to_owned()));
     };
     let kept: Kept = coded
         .iter()
@@ -262,7 +268,7 @@ fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
     Ok(point)
 }
 
-fn code(work: &Work<'_>, point: Point) -> Result<Vec<Vec<Coded>>, EncodeError> {
+fn code(work: &Work<'_>, point: Point) -> Result<Sets, EncodeError> {
     let training = work.training(false);
     let mean_shift = work.mean_shift(point.error);
     let threshold = work.threshold(point.error);

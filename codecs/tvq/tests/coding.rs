@@ -88,10 +88,12 @@ fn a_psnr_is_reached_and_costs_more_where_it_is_higher() {
             let stream = encoded(&ball, &[("payload", payload), ("psnr", target)]);
             let found = psnr(&stream, &ball);
             assert!(found >= target.parse::<f64>().unwrap(), "{payload}: {found} for {target}");
-            assert!(found <= target.parse::<f64>().unwrap() + 2.0, "{payload}: {found} for {target}");
+            // Widths of codes are whole numbers, and there are few blocks.
+            let slack = if payload == "fixed" { 4.0 } else { 0.5 };
+            assert!(found <= target.parse::<f64>().unwrap() + slack, "{payload}: {found} for {target}");
             rate(&stream, &ball)
         };
-        assert!(of("32") < of("38"), "{payload}");
+        assert!(of("28") < of("33"), "{payload}");
     }
 }
 
@@ -103,7 +105,7 @@ fn both_targets_are_met_or_the_rate_alone() {
         (rate(&stream, &ball), psnr(&stream, &ball))
     };
     let (rate, found) = within("8", "35");
-    assert!(rate < 4.0 && found >= 35.0, "{rate} bits, {found} dB");
+    assert!(rate < 6.0 && (35.0..36.0).contains(&found), "{rate} bits, {found} dB");
     let (rate, found) = within("0.9", "60");
     assert!(rate <= 0.9 && found < 60.0, "{rate} bits, {found} dB");
 }
@@ -158,8 +160,10 @@ fn colours_and_frames_share_or_own_their_codebooks() {
     let wave = volume([20, 16, 13], 3, 2, |p, c, f| {
         128.0 + 60.0 * ((p[0] + f64::from(f) * 3.0) * 0.4 + f64::from(c)).sin() + 30.0 * (p[1] * 0.9).cos()
     });
-    let bytes = |tables: &str, payload: &str| {
-        let stream = encoded(&wave, &[("tables", tables), ("payload", payload), ("index_bits", "5")]);
+    let check = |tables: &str, payload: &str| {
+        let rate = if payload == "fixed" { "0" } else { "10" };
+        let pairs = [("tables", tables), ("payload", payload), ("index_bits", "5"), ("rate", rate)];
+        let stream = encoded(&wave, &pairs);
         let sets = if tables == "shared" { 1 } else { 2 };
         assert_eq!(stream.spec().tensors["tables"].shape[0], sets);
         let decoder = decoder(&stream);
@@ -171,8 +175,8 @@ fn colours_and_frames_share_or_own_their_codebooks() {
         }
     };
     for payload in ["fixed", "variable"] {
-        bytes("shared", payload);
-        bytes("per-frame", payload);
+        check("shared", payload);
+        check("per-frame", payload);
     }
 }
 
