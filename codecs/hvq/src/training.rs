@@ -136,7 +136,8 @@ impl Trainer<'_> {
             let stop = Stop { rounds: iterations - rough.rounds, gain: GAIN };
             let mut codebook = None;
             let trained = with(table, &mut |vectors| {
-                let trained = refine(vectors, stored(&rough.codebook, quantiser), size, stop, self.run)?;
+                let trained =
+                    refine(vectors, stored(&rough.codebook, quantiser), None, size, stop, self.run)?;
                 codebook = Some(with_zero(&trained.codebook, vectors, size));
                 Ok(trained)
             })?;
@@ -166,7 +167,7 @@ impl Trainer<'_> {
                 Codebook::nearest_to(&codewords, vectors.dimension(), quantiser)
             }
         };
-        Ok(refine(vectors, first, size, Stop { rounds: iterations, gain: FIRST_GAIN }, self.run)?)
+        Ok(refine(vectors, first, None, size, Stop { rounds: iterations, gain: FIRST_GAIN }, self.run)?)
     }
 }
 

@@ -6,6 +6,7 @@ mod optics;
 mod overriding;
 mod refused_inputs;
 mod refused_pictures;
+mod refused_stages;
 mod refused_structure;
 mod resolving;
 
