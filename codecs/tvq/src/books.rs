@@ -6,7 +6,7 @@ use cvr_core::codec::{Cancelled, Progress};
 use rayon::prelude::*;
 
 use crate::allocate::shares;
-use crate::classify::CLASSES;
+use crate::classify::{CLASSES, keeps};
 use crate::geometry::VOXELS;
 use crate::table::Partition;
 
@@ -102,6 +102,10 @@ impl Book {
             energies[*class as usize] += weight * energy;
         }
         let counts: Vec<usize> = parts.iter().map(Vectors::len).collect();
+        let kept = |class: usize| keeps(class as u8, partition);
+        if (0..CLASSES.len()).any(|class| kept(class) && energies[class] > 0.0) {
+            energies.iter_mut().enumerate().filter(|(class, _)| !kept(*class)).for_each(|(_, e)| *e = 0.0);
+        }
         let mut words: Vec<f64> = vec![0.0; VOXELS];
         let mut chapters = [0; CLASSES.len()];
         for (class, size) in shares(&energies, &counts, size - 1, VOXELS).into_iter().enumerate() {

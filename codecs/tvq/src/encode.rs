@@ -142,7 +142,7 @@ impl Work<'_> {
             initial: self.options.initial,
             seed: self.options.seed,
             chapter: Stop { rounds, gain: GAIN },
-            whole: Stop { rounds: rounds.div_ceil(3), gain: GAIN },
+            whole: Stop { rounds: 2 * rounds, gain: GAIN },
             entry_bits: self.options.entry_bits,
         };
         Training {

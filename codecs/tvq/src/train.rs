@@ -154,6 +154,12 @@ impl<'a> Trainer<'a> {
         Ok(books)
     }
 
+    /// Whether blocks of a class train a partition's codebook. Where codevectors keep to no zones, all do: those of a class
+    /// that could do without have no chapter, and take part in refining the whole.
+    fn trains(&self, class: u8, partition: Partition) -> bool {
+        !self.training.confined || keeps(class, partition)
+    }
+
     /// The codebook of one partition; all blocks train it where no class keeps the partition.
     fn partition(
         &self,
@@ -163,7 +169,8 @@ impl<'a> Trainer<'a> {
         width: u32,
         run: &Progress<'_>,
     ) -> Result<Book, Cancelled> {
-        let mut members: Vec<usize> = (0..classes.len()).filter(|i| keeps(classes[*i], partition)).collect();
+        let mut members: Vec<usize> =
+            (0..classes.len()).filter(|i| self.trains(classes[*i], partition)).collect();
         if members.is_empty() {
             members = (0..classes.len()).collect();
         }
@@ -191,7 +198,7 @@ impl<'a> Trainer<'a> {
         let mut curves: [Vec<f64>; 3] = Default::default();
         for (curve, partition) in curves.iter_mut().zip(Partition::ALL) {
             let members: Vec<usize> =
-                train.iter().copied().filter(|i| keeps(classes[*i], partition)).collect();
+                train.iter().copied().filter(|i| self.trains(classes[*i], partition)).collect();
             let before = total(&state);
             let mut after = None;
             for width in widths {
@@ -243,8 +250,9 @@ impl<'a> Trainer<'a> {
         let mut partition = Partition::Low;
         while (books.len() as u32) < self.training.most_books {
             partition = partition.max(self.leading(&state));
-            let open =
-                |i: &usize| keeps(classes[*i], partition) && state.errors[*i] * PART_GAINED > code_price;
+            let open = |i: &usize| {
+                self.trains(classes[*i], partition) && state.errors[*i] * PART_GAINED > code_price
+            };
             let members: Vec<usize> = (0..classes.len()).filter(open).collect();
             let blocks = members.len() as f64 * self.sample.scale / self.copies;
             let size = (1_usize << width).min((blocks / FEWEST_BLOCKS) as usize);
