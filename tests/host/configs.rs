@@ -47,6 +47,9 @@ fn every_configuration_resolves() {
         ("ring", 18, 0),
         ("s3dc-table1", 42, 0),
         ("skipping", 96, 0),
+        ("tvq-classification", 8, 0),
+        ("tvq-progressive", 32, 0),
+        ("tvq-rate-distortion", 20, 0),
         ("volumes", 144, 0),
         ("vq", 24, 0),
     ];

@@ -1,0 +1,102 @@
+//! PSNR over total bits per sample of real volumes.
+//!
+//! `CVR_DATA=folder cargo run --release -p cvr-tvq --example measure -- bonsai,mr_vs payload=fixed rate=0.4,0.75`
+//!
+//! A setting of several values, separated by commas, is tried with each. `bonsai@64` is the cube of 64³ voxels in the middle
+//! of bonsai: how time grows with voxels. Memory is the most that this process has held so far (Linux).
+
+#![allow(clippy::unwrap_used, reason = "a program of figures, which any failure ends")]
+
+#[path = "../tests/volumes/mod.rs"]
+mod volumes;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use cvr_core::codec::{Codec as _, SettingValue, Settings, decode_frame, encode_temporary};
+use cvr_core::volume::{
+    BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, Region, SampleType,
+    Samples, VolumeLayout,
+};
+use cvr_tvq::Tvq;
+use rustix::time::{ClockId, clock_gettime};
+
+fn cpu_seconds() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
+
+/// The most memory that this process has held, in MiB; 0 where the system does not tell.
+fn peak_mib() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok()).unwrap_or(0) / 1024
+}
+
+/// The cube of `edge` voxels in the middle of a scalar volume of bytes.
+fn middle(volume: &FiniteVolume, edge: u32) -> FiniteVolume {
+    let extent = volume.layout().extent.to_array();
+    let origin = extent.map(|e| (e - edge) / 2);
+    let region = Region { origin, extent: Extent::cube(edge).unwrap() };
+    let mut values = vec![0.0; region.extent.voxels() as usize];
+    volume.read(FrameIndex::FIRST, region, &mut values).unwrap();
+    let samples = Samples::U8(values.iter().map(|v| *v as u8).collect());
+    let layout = VolumeLayout::scalar(region.extent, SampleType::U8);
+    FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
+}
+
+/// PSNR in dB and bits per sample of the whole file, printed as a row.
+fn measure(name: &str, volume: &FiniteVolume, pairs: &[(String, String)], verbose: bool) {
+    let settings: Settings =
+        pairs.iter().map(|(name, value)| (name.clone(), SettingValue::from(value.as_str()))).collect();
+    let (begun, wall) = (cpu_seconds(), Instant::now());
+    let stream = Arc::new(encode_temporary(&Tvq, &settings, volume).unwrap());
+    let (seconds, wall) = (cpu_seconds() - begun, wall.elapsed().as_secs_f64());
+    let peak = peak_mib();
+    let layout = volume.layout();
+    let rate = 8.0 * stream.file_bytes() as f64 / layout.samples() as f64;
+    let decoder = Tvq.decoder(Arc::clone(&stream)).unwrap();
+    let mut square = 0.0;
+    for frame in (0..layout.frames).map(FrameIndex) {
+        let decoded = decode_frame(decoder.as_ref(), frame, &NoReferences).unwrap();
+        for (d, s) in decoded.iter().zip(volume.dense().frame_values(frame)) {
+            let shown = if layout.sample.is_integer() { d.round() } else { *d };
+            square += (f64::from(shown) - f64::from(s)).powi(2);
+        }
+    }
+    let psnr = 10.0 * (volume.range().span().powi(2) * layout.samples() as f64 / square).log10();
+    let options: Vec<String> = pairs.iter().map(|(name, value)| format!("{name}={value}")).collect();
+    println!(
+        "| {name} | {} | {rate:.4} | {psnr:.3} | {seconds:.1} | {wall:.1} | {peak} |",
+        options.join(" ")
+    );
+    if verbose {
+        println!("  {:?} {}", stream.spec().report, stream.spec().parameters["training"]);
+    }
+}
+
+fn main() {
+    let Some(folder) = volumes::folder() else { return };
+    let mut arguments = std::env::args().skip(1).peekable();
+    let names = arguments.next().unwrap_or_else(|| volumes::NAMES.join(","));
+    let verbose = arguments.next_if(|a| a == "-v").is_some();
+    let mut all: Vec<Vec<(String, String)>> = vec![Vec::new()];
+    for argument in arguments {
+        let (name, values) = argument.split_once('=').unwrap();
+        let with = |pairs: &Vec<(String, String)>| -> Vec<Vec<(String, String)>> {
+            let one = |v: &str| [&pairs[..], &[(name.to_owned(), v.to_owned())]].concat();
+            values.split(',').map(one).collect()
+        };
+        all = all.iter().flat_map(with).collect();
+    }
+    println!(
+        "| volume | settings | bits per sample | PSNR dB | CPU s | wall s | peak MiB |\n|---|---|---|---|---|---|---|"
+    );
+    for name in names.split(',') {
+        let volume = match name.split_once('@') {
+            Some((whole, edge)) => middle(&volumes::real(&folder, whole), edge.parse().unwrap()),
+            None => volumes::real(&folder, name),
+        };
+        all.iter().for_each(|pairs| measure(name, &volume, pairs, verbose));
+    }
+}

@@ -1,0 +1,244 @@
+//! One voxel out of a mean and sums of codewords: the twin of decode.wgsl, function for function. This one defines the
+//! codec.
+
+use crate::geometry::{
+    BOOK_WORDS, BRICK, EDGE, Geometry, MOST_BOOKS, Payload, TABLE_HEAD, TOP, VOXELS, number,
+};
+
+/// One frame of a stream at some stage.
+#[derive(Copy, Clone, Debug)]
+pub struct Frame<'a> {
+    /// Tables of all sub-volumes.
+    pub tables: &'a [u32],
+    /// Entries of all codebooks.
+    pub codebook: &'a [u32],
+    /// Means and codes.
+    pub index: &'a [u32],
+    /// Heads of all bricks; none for the payload `fixed`.
+    pub heads: &'a [u32],
+    /// Partitions that are summed, the mean included: 1 to 4, more is all.
+    pub stages: u32,
+    /// Sizes.
+    pub geometry: &'a Geometry,
+}
+
+/// A voxel: one value per channel, 0 where there is no channel.
+pub type Voxel = [f32; 4];
+
+/// What a block is the sum of, but for the place in it.
+#[derive(Copy, Clone, Debug)]
+pub struct Terms {
+    /// Its mean.
+    pub mean: i32,
+    /// Codewords: first word of the codebook in the tables, and the code.
+    pub codes: [(u32, u32); MOST_BOOKS as usize],
+    /// How many of them there are.
+    pub count: usize,
+}
+
+impl Frame<'_> {
+    /// Value of a sum, in data units: the only float expression of the codec.
+    #[must_use]
+    #[inline]
+    pub fn value(&self, sum: i32) -> f32 {
+        self.geometry.quantiser.value(sum.clamp(0, TOP) as u32)
+    }
+
+    /// The number of `width` bits, at most 16, that begins at bit `bit` from word `first` of the indices on.
+    ///
+    /// # Panics
+    /// When it lies outside.
+    #[must_use]
+    #[inline]
+    pub fn number(&self, first: u32, bit: u64, width: u32) -> u32 {
+        if width == 0 {
+            return 0;
+        }
+        let (word, shift) = (first as usize + (bit >> 5) as usize, (bit & 31) as u32);
+        let mut number = self.index[word] >> shift;
+        if shift + width > 32 {
+            number |= self.index[word + 1] << (32 - shift);
+        }
+        number & ((1 << width) - 1)
+    }
+
+    /// Entry `i` of the codebooks.
+    ///
+    /// # Panics
+    /// When there is none.
+    #[must_use]
+    #[inline]
+    pub fn entry(&self, i: usize) -> i32 {
+        let (bits, lanes_log2) = (self.geometry.entry_bits, self.geometry.lanes_log2());
+        let lane = i as u32 & ((1 << lanes_log2) - 1);
+        let code = (self.codebook[i >> lanes_log2] >> (lane * bits)) & ((1 << bits) - 1);
+        code as i32 - (1 << (bits - 1))
+    }
+
+    /// Bits of a code.
+    #[inline]
+    const fn width(form: u32) -> u32 {
+        form & 31
+    }
+
+    /// Whether the codebook belongs to a partition that is summed.
+    #[inline]
+    const fn shown(&self, form: u32) -> bool {
+        form >> 16 < self.stages
+    }
+
+    /// What one codeword adds at a place.
+    ///
+    /// # Panics
+    /// When there is no such codebook or codeword.
+    #[must_use]
+    #[inline]
+    pub fn term(&self, book: u32, code: u32, place: usize) -> i32 {
+        let form = self.tables[book as usize + 2];
+        let first = self.tables[book as usize] as usize;
+        self.entry(first + code as usize * VOXELS + place) * (1 << ((form >> 8) & 31))
+    }
+
+    /// First word of the table of a block's sub-volume.
+    #[must_use]
+    #[inline]
+    pub fn table(&self, block: [u32; 3]) -> u32 {
+        let g = self.geometry;
+        let sub = [0, 1, 2].map(|a| block[a] / g.sub_blocks[a]);
+        number(sub, g.sub_grid.to_array()) as u32 * g.table_words()
+    }
+
+    /// A block's mean out of its code.
+    #[must_use]
+    #[inline]
+    pub fn mean(&self, table: u32, code: u32) -> i32 {
+        (code << self.tables[table as usize]) as i32
+    }
+
+    /// What a block is made of where every block has one code of every codebook: arrays of means, then of the codes of
+    /// each codebook, block by block of the sub-volume.
+    fn fixed(&self, block: [u32; 3], channel: u32) -> Terms {
+        let (g, table) = (self.geometry, self.table(block));
+        let word = |i: u32| self.tables[(table + i) as usize];
+        let (first, size) = g.sub_volume([0, 1, 2].map(|a| block[a] / g.sub_blocks[a]));
+        let n = number([0, 1, 2].map(|a| block[a] - first[a]), size) as u64;
+        let count = size.map(u64::from).iter().product::<u64>();
+        let start = word(3) + channel * word(4);
+        let width = word(1);
+        let mean = self.mean(table, word(2) + self.number(start, n * u64::from(width), width));
+        let mut terms = Terms { mean, codes: [(0, 0); MOST_BOOKS as usize], count: 0 };
+        let mut bit = count * u64::from(width);
+        for b in 0..g.books {
+            let book = table + TABLE_HEAD + BOOK_WORDS * b;
+            let form = self.tables[book as usize + 2];
+            let width = Self::width(form);
+            if self.shown(form) {
+                terms.push(book, self.number(start, bit + n * u64::from(width), width));
+            }
+            bit += count * u64::from(width);
+        }
+        terms
+    }
+
+    /// Bits set below place `n` of 64.
+    #[inline]
+    const fn below(low: u32, high: u32, n: u32) -> u32 {
+        if n < 32 {
+            return (low & ((1 << n) - 1)).count_ones();
+        }
+        low.count_ones() + (high & ((1 << (n - 32)) - 1)).count_ones()
+    }
+
+    /// Bit `n` of 64.
+    #[inline]
+    const fn bit(low: u32, high: u32, n: u32) -> u32 {
+        if n < 32 {
+            return (low >> n) & 1;
+        }
+        (high >> (n - 32)) & 1
+    }
+
+    /// What a block is made of where each keeps codes of the first so many codebooks: the brick says where its means and
+    /// codes begin, and how many codes each of its blocks keeps.
+    fn kept(&self, block: [u32; 3], channel: u32) -> Terms {
+        let (g, table) = (self.geometry, self.table(block));
+        let brick = block.map(|b| b / BRICK);
+        let (first, size) = g.brick(brick);
+        let n = number([0, 1, 2].map(|a| block[a] - first[a]), size) as u32;
+        let place = channel as usize * g.bricks.voxels() as usize + number(brick, g.bricks.to_array());
+        let (mut start, form) = (self.heads[2 * place], self.heads[2 * place + 1]);
+        let planes = form >> 24;
+        let (mut before, mut count) = (0, 0);
+        for j in 0..planes {
+            let (low, high) = (self.index[start as usize], self.index[start as usize + 1]);
+            before += Self::below(low, high, n) << j;
+            count += Self::bit(low, high, n) << j;
+            start += 2;
+        }
+        let mean_width = (form >> 16) & 31;
+        let code = (form & 0xffff) + self.number(start, u64::from(n * mean_width), mean_width);
+        let mut terms =
+            Terms { mean: self.mean(table, code), codes: [(0, 0); MOST_BOOKS as usize], count: 0 };
+        let width = self.tables[table as usize + 1];
+        let bit = size.iter().product::<u32>() * mean_width + before * width;
+        for b in 0..count {
+            let book = table + TABLE_HEAD + BOOK_WORDS * b;
+            if self.shown(self.tables[book as usize + 2]) {
+                terms.push(book, self.number(start, u64::from(bit + b * width), width));
+            }
+        }
+        terms
+    }
+
+    /// What a block is the sum of.
+    ///
+    /// # Panics
+    /// When there is no such block.
+    #[must_use]
+    pub fn terms(&self, block: [u32; 3], channel: u32) -> Terms {
+        match self.geometry.payload {
+            Payload::Variable => self.kept(block, channel),
+            Payload::Fixed => self.fixed(block, channel),
+        }
+    }
+
+    /// The sum at one place of a block.
+    ///
+    /// # Panics
+    /// When there is no such place.
+    #[must_use]
+    #[inline]
+    pub fn sum(&self, terms: &Terms, place: usize) -> i32 {
+        let codes = terms.codes[..terms.count].iter();
+        terms.mean + codes.map(|(book, code)| self.term(*book, *code, place)).sum::<i32>()
+    }
+
+    /// The voxel at `p`.
+    ///
+    /// # Panics
+    /// When `p` lies outside.
+    #[must_use]
+    pub fn fetch(&self, p: [u32; 3]) -> Voxel {
+        let block = p.map(|p| p / EDGE);
+        let place = place([0, 1, 2].map(|a| p[a] - block[a] * EDGE));
+        let mut out = [0.0; 4];
+        for (c, out) in (0..self.geometry.channels).zip(&mut out) {
+            *out = self.value(self.sum(&self.terms(block, c), place));
+        }
+        out
+    }
+}
+
+impl Terms {
+    fn push(&mut self, book: u32, code: u32) {
+        self.codes[self.count] = (book, code);
+        self.count += 1;
+    }
+}
+
+/// The number of a voxel in its block.
+#[must_use]
+#[inline]
+pub fn place(inside: [u32; 3]) -> usize {
+    number(inside, [EDGE; 3])
+}

@@ -1,0 +1,81 @@
+//! Transform vector quantisation: a mean per block, and the sum of one codeword from each of a few codebooks.
+//!
+//! After N. Fout and K.-L. Ma, IEEE Transactions on Visualization and Computer Graphics 13 (6), 2007. The stream and the
+//! departures from the paper stand in this crate's README.md.
+
+mod allocate;
+mod blocks;
+mod books;
+mod check;
+mod classify;
+mod code;
+pub mod decode;
+mod decoder;
+mod encode;
+mod fixed;
+mod geometry;
+mod payload;
+mod settings;
+mod table;
+mod train;
+mod transform;
+mod variable;
+
+use std::sync::Arc;
+
+use cvr_core::codec::{Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Settings, Site};
+use cvr_core::container::EncodedVolume;
+
+pub use geometry::{Geometry, Parameters, Payload};
+
+/// Tensor and shader resource: how the blocks of each sub-volume are to be read.
+const TABLES: &str = "tables";
+/// Tensor and shader resource: the codewords.
+const CODEBOOK: &str = "codebook";
+/// Tensor and shader resource: means and codes.
+const INDEX: &str = "index";
+/// Tensor and shader resource: where the means and codes of each brick begin.
+const HEADS: &str = "heads";
+
+static INFO: CodecInfo = CodecInfo {
+    id: "tvq",
+    summary: "a mean per block, and a sum of codewords: inverse transforms by class and partition",
+    stream_version: 1,
+    sites: &[Site::Inline, Site::Host],
+    fetch_cell: false,
+    paper: Some(Paper {
+        authors: "N. Fout, K.-L. Ma",
+        title: "Transform Coding for Hardware-accelerated Volume Rendering",
+        venue: "IEEE Transactions on Visualization and Computer Graphics 13 (6), 2007",
+    }),
+    settings: settings::SETTINGS,
+};
+
+/// The codec `tvq`.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct Tvq;
+
+/// The codec, as a registry takes it.
+#[must_use]
+pub fn codec() -> Arc<dyn Codec> {
+    Arc::new(Tvq)
+}
+
+impl Codec for Tvq {
+    fn info(&self) -> &CodecInfo {
+        &INFO
+    }
+
+    /// The means, and each partition.
+    fn stages(&self, _settings: &Settings) -> u8 {
+        4
+    }
+
+    fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
+        Ok(Box::new(encode::TvqEncoder { options: settings::Options::of(settings)? }))
+    }
+
+    fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
+        Ok(Box::new(decoder::TvqDecoder::new(&volume)?))
+    }
+}

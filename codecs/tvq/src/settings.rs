@@ -1,0 +1,188 @@
+//! The settings: their schema, and what an encoder makes of them.
+
+use cvr_codebook::Initial;
+use cvr_core::codec::{ConfigError, Setting, SettingKind, Settings};
+
+use crate::geometry::Payload;
+use crate::transform::Transform;
+
+/// The schema.
+pub const SETTINGS: &[Setting] = &[
+    Setting {
+        name: "payload",
+        doc: "fixed = a mean and one code per partition for every block; variable = a mean and as many codes as the \
+              block needs",
+        kind: SettingKind::Choice(&["fixed", "variable"]),
+        default: "fixed",
+    },
+    Setting {
+        name: "rate",
+        doc: "bits per sample of the whole file, at most; 0 = no such target",
+        kind: SettingKind::Float { min: 0.0, max: 16.0 },
+        default: "0.0",
+    },
+    Setting {
+        name: "psnr",
+        doc: "decibels, at the least rate that reaches them, within `rate` if that is set too; 0 = no such target",
+        kind: SettingKind::Float { min: 0.0, max: 100.0 },
+        default: "0.0",
+    },
+    Setting {
+        name: "index_bits",
+        doc: "bits of a code; 0 = allocated: without a target 24 bits over the three partitions",
+        kind: SettingKind::OneOf(&[0, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16]),
+        default: "0",
+    },
+    Setting {
+        name: "codes",
+        doc: "most codes of a block under the payload variable, each a fetch for every voxel; fewer are longer",
+        kind: SettingKind::Integer { min: 1, max: 63 },
+        default: "63",
+    },
+    Setting {
+        name: "transform",
+        doc: "which transform tells zones apart: of the data (klt: a basis per axis, klt-full: one of blocks) or given",
+        kind: SettingKind::Choice(Transform::NAMES),
+        default: "klt",
+    },
+    Setting {
+        name: "codevectors",
+        doc: "joint = trained on whatever the partitions before leave; partition = confined to the zones of their own",
+        kind: SettingKind::Choice(&["joint", "partition"]),
+        default: "joint",
+    },
+    Setting {
+        name: "classification",
+        doc: "whether classes of blocks train chapters of their own",
+        kind: SettingKind::Boolean,
+        default: "true",
+    },
+    Setting {
+        name: "threshold",
+        doc: "root mean square error, in data units, that a class may leave; 0 = what the quantisers are expected to \
+              leave",
+        kind: SettingKind::Float { min: 0.0, max: 1e30 },
+        default: "0.0",
+    },
+    Setting {
+        name: "subvolume",
+        doc: "edge in voxels of sub-volumes with tables of their own",
+        kind: SettingKind::Choice(&["none", "128", "160", "192", "224", "256"]),
+        default: "none",
+    },
+    Setting {
+        name: "tables",
+        doc: "shared = one set of codebooks for all frames; per-frame = one for each",
+        kind: SettingKind::Choice(&["shared", "per-frame"]),
+        default: "shared",
+    },
+    Setting {
+        name: "entry_bits",
+        doc: "bits of one value of a codeword",
+        kind: SettingKind::OneOf(&[8, 16]),
+        default: "8",
+    },
+    Setting {
+        name: "init",
+        doc: "first codebook: cells cut across their principal axis, pairwise nearest neighbours, scalar grids, chance",
+        kind: SettingKind::Choice(Initial::NAMES),
+        default: "pca",
+    },
+    Setting {
+        name: "training_blocks",
+        doc: "blocks that the codebooks of a table are trained on, drawn by chance; all where there are no more",
+        kind: SettingKind::Integer { min: 1, max: 1 << 24 },
+        default: "65536",
+    },
+    Setting {
+        name: "iterations",
+        doc: "rounds of training of a chapter at most",
+        kind: SettingKind::Integer { min: 0, max: 1000 },
+        default: "10",
+    },
+    Setting {
+        name: "seed",
+        doc: "of the choice of training blocks",
+        kind: SettingKind::Integer { min: 0, max: i64::MAX },
+        default: "1",
+    },
+];
+
+/// What is to be reached.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Target {
+    /// The bits that 24 bits of codes and 8 of means take.
+    Codes,
+    /// Bits per sample of the whole file.
+    Rate(f64),
+    /// Decibels.
+    Psnr(f64),
+    /// Decibels, if they take no more than so many bits per sample.
+    Both { rate: f64, psnr: f64 },
+}
+
+/// Bits of the codes of a block, without a target.
+pub const CODE_BITS: u32 = 24;
+
+/// The settings of one encoder.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Options {
+    pub payload: Payload,
+    pub target: Target,
+    /// Bits of a code; 0 = allocated.
+    pub index_bits: u32,
+    /// Most codes of a block under the payload `variable`.
+    pub codes: u32,
+    pub transform: Transform,
+    pub confined: bool,
+    pub classification: bool,
+    /// In data units; 0 = automatic.
+    pub threshold: f64,
+    /// In voxels; 0 = none.
+    pub subvolume: u32,
+    pub per_frame: bool,
+    pub entry_bits: u32,
+    pub initial: Initial,
+    pub training_blocks: u64,
+    pub iterations: u32,
+    pub seed: u64,
+}
+
+impl Options {
+    /// Of complete settings.
+    ///
+    /// # Errors
+    /// When one is missing.
+    pub fn of(settings: &Settings) -> Result<Self, ConfigError> {
+        let incomplete = |name: &str| ConfigError::Incomplete(name.to_owned());
+        let integer = |name| u32::try_from(settings.integer(name)?).map_err(|_| incomplete(name));
+        let (rate, psnr) = (settings.float("rate")?, settings.float("psnr")?);
+        let target = if rate > 0.0 && psnr > 0.0 {
+            Target::Both { rate, psnr }
+        } else if rate > 0.0 {
+            Target::Rate(rate)
+        } else if psnr > 0.0 {
+            Target::Psnr(psnr)
+        } else {
+            Target::Codes
+        };
+        Ok(Self {
+            payload: if settings.text("payload")? == "fixed" { Payload::Fixed } else { Payload::Variable },
+            target,
+            index_bits: integer("index_bits")?,
+            codes: integer("codes")?,
+            transform: Transform::named(settings.text("transform")?)
+                .ok_or_else(|| incomplete("transform"))?,
+            confined: settings.text("codevectors")? == "partition",
+            classification: settings.boolean("classification")?,
+            threshold: settings.float("threshold")?,
+            subvolume: settings.text("subvolume")?.parse().unwrap_or(0),
+            per_frame: settings.text("tables")? == "per-frame",
+            entry_bits: integer("entry_bits")?,
+            initial: Initial::named(settings.text("init")?).ok_or_else(|| incomplete("init"))?,
+            training_blocks: u64::from(integer("training_blocks")?),
+            iterations: integer("iterations")?,
+            seed: u64::try_from(settings.integer("seed")?).map_err(|_| incomplete("seed"))?,
+        })
+    }
+}

@@ -1,0 +1,25 @@
+//! The battery of `cvr-core`, over payloads, targets, transforms and tables.
+
+use cvr_core::codec::{SettingValue, Settings};
+use cvr_core::conformance;
+
+fn settings(pairs: &[(&str, &str)]) -> Settings {
+    pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect()
+}
+
+fn passes(list: &[Settings]) {
+    let report = conformance::run_with(cvr_tvq::codec().as_ref(), list, None);
+    report.assert_ok();
+    // `largest`: a range from the lowest to the highest single overflows. `smallest normals`: steps below 2^-100.
+    assert!(report.refused <= 2 * list.len(), "{} of {} volumes refused", report.refused, report.checks);
+}
+
+#[test]
+fn the_default_passes() {
+    passes(&[Settings::default()]);
+}
+
+#[test]
+fn the_payload_variable_passes() {
+    passes(&[settings(&[("payload", "variable")])]);
+}
