@@ -38,3 +38,27 @@ fn every_site_draws_the_level_that_is_asked_for() {
     }
     assert!(psnr[0] + 1.0 < psnr[1] && psnr[1] + 1.0 < psnr[2], "the levels differ: {psnr:?}");
 }
+
+/// Both payloads of tvq at each of its four levels, at every site.
+#[test]
+fn every_level_of_every_payload_is_that_of_the_cpu() {
+    let Some(device) = test_device("stages::payloads") else { return };
+    let config = CONFIG
+        .replace(
+            "id = \"s3dc\"\nblock = 8\nindex_bits = 2",
+            "id = \"tvq\"\npayload = [\"fixed\", \"variable\"]\nindex_bits = 5\nrate = 6.0",
+        )
+        .replace("\"nearest\", \"linear\"", "\"linear\"")
+        .replace("[pipeline]", "[pipeline]\nstages = [\"all\", 1, 2, 3]");
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = run(&Names::new().unwrap(), &config, &Target::Device(device.clone()), folder.path());
+    let own: Vec<_> = outcome.records.iter().filter(|r| r.codec == "tvq").collect();
+    assert_eq!(own.len(), 24, "three sites, four levels, two payloads");
+    for cell in own {
+        let name = format!("{:?} {} {}", cell.stages, cell.site, cell.settings);
+        assert_eq!((cell.status, &cell.error), (Status::Ok, &None), "{name}");
+        if cell.site != "host" {
+            assert_eq!(cell.parity_mismatches, Some(0), "{name}");
+        }
+    }
+}

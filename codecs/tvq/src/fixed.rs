@@ -88,15 +88,15 @@ impl Plan {
         (self.mean_square * left.exp()).sqrt().max(0.5)
     }
 
-    /// Widths within `code_bits` for all codes, or within `budget` for all means, codes and codebooks.
-    fn widths(&self, work: &Work<'_>, budget: f64, with_books: bool) -> Widths {
+    /// Widths within `budget` for all codes and codebooks, and with `with_means` the means.
+    fn widths(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Widths {
         if work.options.index_bits > 0 {
             let codes = [work.options.index_bits; 3];
             return Widths { codes, expected: self.expected(codes) };
         }
         let book_bits = (VOXELS as u32 * work.options.entry_bits) as f64 * work.tables();
         let choice = |partition: usize, width: u32| {
-            let books = if with_books { book_bits * f64::from(1_u32 << width) } else { 0.0 };
+            let books = if width == 0 { 0.0 } else { book_bits * f64::from(1_u32 << width) };
             Choice { bits: work.blocks() * f64::from(width) + books, left: self.left(partition, width) }
         };
         let widths: Vec<u32> = std::iter::once(0).chain(WIDTHS.filter(|w| *w <= self.widest)).collect();
@@ -104,7 +104,7 @@ impl Plan {
             (0..3).map(|p| widths.iter().map(|w| choice(p, *w)).collect()).collect();
         let mut found = Widths { codes: [0; 3], expected: self.expected([0; 3]) };
         for _ in 0..3 {
-            let means = if with_books { self.mean_bits(work.mean_shift(found.expected)) } else { 0.0 };
+            let means = if with_means { self.mean_bits(work.mean_shift(found.expected)) } else { 0.0 };
             let chosen = allocate(&curves, budget - means * work.blocks());
             let codes = [0, 1, 2].map(|p| widths[chosen[p]]);
             found = Widths { codes, expected: self.expected(codes) };
@@ -120,7 +120,11 @@ impl Plan {
 pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
     let plan = Plan::measure(work)?;
     match work.options.target {
-        Target::Codes => code(work, plan.widths(work, f64::from(CODE_BITS) * work.blocks(), false)),
+        Target::Codes => {
+            // What three codes of 8 bits take, and their codebooks.
+            let books = f64::from(CODE_BITS << 5) * VOXELS as f64 * f64::from(work.options.entry_bits);
+            code(work, plan.widths(work, f64::from(CODE_BITS) * work.blocks() + books * work.tables(), false))
+        }
         Target::Rate(rate) => {
             let most = rate * work.samples() - work.overhead(3);
             let mut budget = most;
