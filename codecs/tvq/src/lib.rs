@@ -15,6 +15,7 @@ mod encode;
 mod fixed;
 mod geometry;
 mod payload;
+mod plan;
 mod settings;
 mod table;
 mod train;
