@@ -6,43 +6,16 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use cvr_codec_tests::{bytes, hash, settings};
 use cvr_core::codec::{
-    Codec as _, DecodedForm, Decoder, EncodeError, Progress, SettingValue, Settings, TexelFormat,
-    decode_stages, encode_file, encode_temporary,
+    Codec as _, DecodedForm, Decoder, EncodeError, Progress, TexelFormat, decode_stages, encode_file,
+    encode_temporary,
 };
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{
     DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, Replaced, SampleType, Samples, VolumeLayout,
 };
 use cvr_hvq::{Hvq, Parameters};
-
-fn settings(pairs: &[(&str, &str)]) -> Settings {
-    pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect()
-}
-
-/// Frames of bytes by position, channel and frame.
-fn bytes(
-    size: [u32; 3],
-    channels: u32,
-    frames: u32,
-    value: impl Fn([u32; 3], u32, u32) -> u8,
-) -> FiniteVolume {
-    let extent = Extent::try_from(size).unwrap();
-    let layout = VolumeLayout { channels, frames, ..VolumeLayout::scalar(extent, SampleType::U8) };
-    let [x, y, _] = size.map(u64::from);
-    let sample = |i: u64| {
-        let (voxel, channel) = (i / u64::from(channels), (i % u64::from(channels)) as u32);
-        let (frame, voxel) = ((voxel / extent.voxels()) as u32, voxel % extent.voxels());
-        value([(voxel % x) as u32, (voxel / x % y) as u32, (voxel / x / y) as u32], channel, frame)
-    };
-    let samples = Samples::U8((0..layout.samples()).map(sample).collect());
-    FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
-}
-
-fn hash(p: [u32; 3], seed: u32) -> u8 {
-    let h = p.iter().fold(seed, |h, v| (h ^ v).wrapping_mul(0x85eb_ca6b) ^ (h >> 13));
-    (h.wrapping_mul(0xc2b2_ae35) >> 24) as u8
-}
 
 fn encoded(volume: &FiniteVolume, pairs: &[(&str, &str)]) -> Arc<EncodedVolume> {
     Arc::new(encode_temporary(&Hvq, &settings(pairs), volume).unwrap())

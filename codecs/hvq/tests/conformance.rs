@@ -1,11 +1,8 @@
 //! The battery of `cvr-core`, over codebook sizes, widths and tables, at every number of stages.
 
-use cvr_core::codec::{SettingValue, Settings};
+use cvr_codec_tests::settings;
+use cvr_core::codec::Settings;
 use cvr_core::conformance;
-
-fn settings(pairs: &[(&str, &str)]) -> Settings {
-    pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect()
-}
 
 fn passes(list: &[Settings]) {
     let report = conformance::run_with(cvr_hvq::codec().as_ref(), list, None);

@@ -5,56 +5,12 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
+use cvr_codec_tests::real::{cpu_time, folder, volume_of};
 use cvr_core::codec::{Codec as _, Decoder, SettingValue, Settings, decode_stages, encode_temporary};
-use cvr_core::volume::{
-    BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, SampleType, Samples,
-    VolumeLayout,
-};
+use cvr_core::volume::{BrickSource as _, FiniteVolume, FrameIndex, NoReferences};
 use cvr_hvq::Hvq;
-use flate2::read::{MultiGzDecoder, ZlibDecoder};
-use rustix::time::{ClockId, clock_gettime};
-
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("CVR_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        println!("skipped: CVR_DATA names no folder of real volumes");
-    }
-    folder
-}
-
-fn volume(size: [u32; 3], channels: u32, frames: u32, sample: SampleType, bytes: &[u8]) -> FiniteVolume {
-    let extent = Extent::try_from(size).unwrap();
-    let layout = VolumeLayout { channels, frames, ..VolumeLayout::scalar(extent, sample) };
-    let samples = Samples::from_bytes(sample, bytes, false).unwrap();
-    FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
-}
-
-fn file(folder: &Path, name: &str) -> Vec<u8> {
-    std::fs::read(folder.join(name)).unwrap()
-}
-
-fn all_of(mut reader: impl std::io::Read) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    reader.read_to_end(&mut bytes).unwrap();
-    bytes
-}
-
-/// The samples of a NIfTI-1 file of little-endian order: they begin at the float at byte 108.
-fn nifti(folder: &Path, name: &str) -> Vec<u8> {
-    let mut bytes = all_of(MultiGzDecoder::new(&file(folder, name)[..]));
-    let first = f32::from_le_bytes(bytes[108..112].try_into().unwrap());
-    bytes.split_off(first as usize)
-}
-
-/// CPU time of this process, all threads together.
-fn cpu_time() -> Duration {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
-}
 
 /// PSNR in dB over max − min of the original, integers rounded, from so many stages, and the largest error.
 fn psnr(volume: &FiniteVolume, decoder: &dyn Decoder, stages: u8) -> (f64, f64) {
@@ -112,11 +68,8 @@ const PEERS: &[(&str, &str)] = &[("mean_bits", "8")];
 
 #[test]
 fn bonsai() {
-    let Some(folder) = data() else { return };
-    let packed = file(&folder, "bonsai.nrrd");
-    let header = packed.windows(2).position(|w| w == b"\n\n").unwrap() + 2;
-    let bytes = all_of(MultiGzDecoder::new(&packed[header..]));
-    let volume = volume([256; 3], 1, 1, SampleType::U8, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "bonsai");
     holds("bonsai", &volume, &[], (35.478, 0.39258));
     for init in ["pnn", "random"] {
         measured("bonsai", &volume, &[("init", init)]);
@@ -133,41 +86,31 @@ fn bonsai() {
 
 #[test]
 fn magnetic_resonance_head() {
-    let Some(folder) = data() else { return };
-    let bytes = all_of(ZlibDecoder::new(&file(&folder, "mr_vs.zraw")[..]));
-    let volume = volume([352, 416, 120], 1, 1, SampleType::U16, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "mr_vs");
     holds("mr_vs", &volume, PEERS, (31.684, 0.39178));
     measured("mr_vs", &volume, &[]);
 }
 
 #[test]
 fn chest() {
-    let Some(folder) = data() else { return };
-    let packed = file(&folder, "lidc_chest.mha");
-    let marker = b"ElementDataFile = LOCAL\n";
-    let header = packed.windows(marker.len()).position(|w| w == marker).unwrap() + marker.len();
-    let bytes = all_of(ZlibDecoder::new(&packed[header..]));
-    let volume = volume([256, 256, 133], 1, 1, SampleType::U8, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "lidc_chest");
     holds("lidc_chest", &volume, &[], (30.033, 0.41729));
 }
 
 #[test]
 fn vorticity() {
-    let Some(folder) = data() else { return };
-    let bytes = file(&folder, "vorticity.128_128_41");
-    let volume = volume([128, 128, 41], 1, 1, SampleType::F32, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "vorticity");
     holds("vorticity", &volume, PEERS, (38.105, 0.84146));
     measured("vorticity", &volume, &[]);
 }
 
 #[test]
 fn viscous_fingers() {
-    let Some(folder) = data() else { return };
-    let mut steps: Vec<_> =
-        std::fs::read_dir(folder.join("viscous_fingers")).unwrap().map(|e| e.unwrap().path()).collect();
-    steps.sort();
-    let bytes: Vec<u8> = steps.iter().flat_map(|step| std::fs::read(step).unwrap()).collect();
-    let volume = volume([64; 3], 1, 24, SampleType::F32, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "viscous_fingers");
     holds("viscous_fingers", &volume, PEERS, (40.903, 0.42188));
     let shared = measured("viscous_fingers", &volume, &[]);
     let each = measured("viscous_fingers", &volume, &[("tables", "per-frame")]);
@@ -176,9 +119,8 @@ fn viscous_fingers() {
 
 #[test]
 fn spin_labelling() {
-    let Some(folder) = data() else { return };
-    let bytes = nifti(&folder, "pcasl.nii.gz");
-    let volume = volume([52, 68, 20], 1, 10, SampleType::F32, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "pcasl");
     holds("pcasl", &volume, PEERS, (29.249, 0.79201));
     measured("pcasl", &volume, &[]);
 }
@@ -186,9 +128,8 @@ fn spin_labelling() {
 /// The peers code each channel by itself, under indices of its own.
 #[test]
 fn colours() {
-    let Some(folder) = data() else { return };
-    let bytes = nifti(&folder, "example_rgb.nii.gz");
-    let volume = volume([96, 96, 60], 3, 1, SampleType::U8, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "dti_rgb");
     measured("dti_rgb", &volume, &[]);
     // 8640 blocks: their codebooks are as much as their indices, and how they begin matters.
     holds("dti_rgb", &volume, &[("coarse_codewords", "512"), ("init", "pnn")], (27.744, 0.55278));

@@ -5,14 +5,10 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-use cvr_core::codec::{Codec as _, Progress, SettingValue, Settings, decode_stages, encode_file};
+use cvr_codec_tests::kept::{checksums, compare, open, path, with_flipped};
+use cvr_core::codec::{SettingValue, Settings};
 use cvr_core::container::EncodedVolume;
-use cvr_core::volume::{
-    DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, Replaced, SampleType, Samples, VolumeLayout,
-};
+use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use cvr_hvq::Hvq;
 
 /// A stream that is kept.
@@ -70,40 +66,20 @@ fn made(
     (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
 }
 
-fn path(kept: &Kept) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/streams").join(format!("{}.cvr", kept.name))
-}
+/// Stages from which a stream is decoded, one after the other.
+const STAGES: [u8; 3] = [1, 2, 3];
 
-/// Checksums of what a stream decodes to.
-fn checksums(stream: EncodedVolume) -> [u32; 3] {
-    let decoder = Hvq.decoder(Arc::new(stream)).unwrap();
-    [1, 2, 3].map(|stages| {
-        (0..decoder.layout().frames).map(FrameIndex).fold(0, |crc, frame| {
-            let values = decode_stages(decoder.as_ref(), frame, stages, &NoReferences).unwrap();
-            let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-            crc32c::crc32c_append(crc, &bytes)
-        })
-    })
+fn stream(kept: &Kept) -> EncodedVolume {
+    open(&Hvq, &path(env!("CARGO_MANIFEST_DIR"), kept.name), kept.made)
 }
 
 #[test]
 fn streams_that_were_kept_decode_to_what_they_did() {
     let mut problems = Vec::new();
     for kept in &KEPT {
-        let path = path(kept);
-        if !path.exists() && std::env::var_os("CVR_BLESS").is_some() {
-            let (settings, volume) = (kept.made)();
-            encode_file(&Hvq, &settings, &volume, Replaced::default(), &path, &Progress::silent()).unwrap();
-        }
-        let stream = EncodedVolume::open(&path).unwrap();
+        let stream = stream(kept);
         assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
-        let found = checksums(stream);
-        if found != kept.crc32c {
-            problems.push(format!(
-                "{}: the checksums are {found:#010x?}, {:#010x?} were kept",
-                kept.name, kept.crc32c
-            ));
-        }
+        problems.extend(compare(kept.name, checksums(&Hvq, stream, STAGES), kept.crc32c).err());
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
@@ -112,20 +88,8 @@ fn streams_that_were_kept_decode_to_what_they_did() {
 #[test]
 fn another_codeword_has_another_checksum() {
     let kept = &KEPT[0];
-    let stream = EncodedVolume::open(&path(kept)).unwrap();
-    let (spec, folder) = (stream.spec().clone(), tempfile::tempdir().unwrap());
-    let changed = folder.path().join("changed.cvr");
-    let mut writer = cvr_core::container::ContainerWriter::create(&changed).unwrap();
-    for (name, tensor) in &spec.tensors {
-        use cvr_core::container::StreamWriter as _;
-        let mut bytes = stream.tensor(name, tensor.element).unwrap().bytes().to_vec();
-        bytes[0] ^= u8::from(name == "codebook");
-        writer.append(name, tensor.element, &bytes).unwrap();
-        writer.shape(name, &tensor.shape).unwrap();
-        writer.parameters(spec.parameters.clone());
-    }
-    writer.finish(Hvq.info(), &spec.layout, &spec.settings, &spec.report, spec.replaced).unwrap();
-    let [mean, coarse, detail] = checksums(EncodedVolume::open(&changed).unwrap());
+    let changed = with_flipped(&Hvq, &stream(kept), "codebook", 0);
+    let [mean, coarse, detail] = checksums(&Hvq, changed, STAGES);
     assert_eq!(mean, kept.crc32c[0]);
     assert!(coarse != kept.crc32c[1] && detail != kept.crc32c[2]);
 }

@@ -7,24 +7,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a program of figures, which any failure ends")]
 
-#[path = "../tests/volumes/mod.rs"]
-mod volumes;
-
 use std::sync::Arc;
 use std::time::Instant;
 
+use cvr_codec_tests::real::{NAMES, cpu_time, folder, volume_of};
 use cvr_core::codec::{Codec as _, SettingValue, Settings, decode_frame, encode_temporary};
 use cvr_core::volume::{
     BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, Region, SampleType,
     Samples, VolumeLayout,
 };
 use cvr_tvq::Tvq;
-use rustix::time::{ClockId, clock_gettime};
-
-fn cpu_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
-}
 
 /// The most memory that this process has held, in MiB; 0 where the system does not tell.
 fn peak_mib() -> u64 {
@@ -49,9 +41,9 @@ fn middle(volume: &FiniteVolume, edge: u32) -> FiniteVolume {
 fn measure(name: &str, volume: &FiniteVolume, pairs: &[(String, String)], verbose: bool) {
     let settings: Settings =
         pairs.iter().map(|(name, value)| (name.clone(), SettingValue::from(value.as_str()))).collect();
-    let (begun, wall) = (cpu_seconds(), Instant::now());
+    let (begun, wall) = (cpu_time(), Instant::now());
     let stream = Arc::new(encode_temporary(&Tvq, &settings, volume).unwrap());
-    let (seconds, wall) = (cpu_seconds() - begun, wall.elapsed().as_secs_f64());
+    let (seconds, wall) = ((cpu_time() - begun).as_secs_f64(), wall.elapsed().as_secs_f64());
     let peak = peak_mib();
     let layout = volume.layout();
     let rate = 8.0 * stream.file_bytes() as f64 / layout.samples() as f64;
@@ -76,9 +68,9 @@ fn measure(name: &str, volume: &FiniteVolume, pairs: &[(String, String)], verbos
 }
 
 fn main() {
-    let Some(folder) = volumes::folder() else { return };
+    let Some(folder) = folder() else { return };
     let mut arguments = std::env::args().skip(1).peekable();
-    let names = arguments.next().unwrap_or_else(|| volumes::NAMES.join(","));
+    let names = arguments.next().unwrap_or_else(|| NAMES.join(","));
     let verbose = arguments.next_if(|a| a == "-v").is_some();
     let mut all: Vec<Vec<(String, String)>> = vec![Vec::new()];
     for argument in arguments {
@@ -94,8 +86,8 @@ fn main() {
     );
     for name in names.split(',') {
         let volume = match name.split_once('@') {
-            Some((whole, edge)) => middle(&volumes::real(&folder, whole), edge.parse().unwrap()),
-            None => volumes::real(&folder, name),
+            Some((whole, edge)) => middle(&volume_of(&folder, whole), edge.parse().unwrap()),
+            None => volume_of(&folder, name),
         };
         all.iter().for_each(|pairs| measure(name, &volume, pairs, verbose));
     }

@@ -5,59 +5,15 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
+use cvr_codec_tests::real::{cpu_time, folder, volume_of};
 use cvr_core::codec::{Codec as _, SettingValue, Settings, decode_frame, encode_temporary};
-use cvr_core::volume::{
-    BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, SampleType, Samples,
-    VolumeLayout,
-};
+use cvr_core::volume::{BrickSource as _, FiniteVolume, FrameIndex, NoReferences};
 use cvr_vq::Vq;
-use flate2::read::{MultiGzDecoder, ZlibDecoder};
-use rustix::time::{ClockId, clock_gettime};
 
 /// Decibels by which a figure may lie below that of the peers.
 const TOLERANCE_DB: f64 = 0.2;
-
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("CVR_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        println!("skipped: CVR_DATA names no folder of real volumes");
-    }
-    folder
-}
-
-fn volume(size: [u32; 3], channels: u32, frames: u32, sample: SampleType, bytes: &[u8]) -> FiniteVolume {
-    let extent = Extent::try_from(size).unwrap();
-    let layout = VolumeLayout { channels, frames, ..VolumeLayout::scalar(extent, sample) };
-    let samples = Samples::from_bytes(sample, bytes, false).unwrap();
-    FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
-}
-
-fn file(folder: &Path, name: &str) -> Vec<u8> {
-    std::fs::read(folder.join(name)).unwrap()
-}
-
-fn all_of(mut reader: impl std::io::Read) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    reader.read_to_end(&mut bytes).unwrap();
-    bytes
-}
-
-/// The samples of a NIfTI-1 file of little-endian order: they begin at the float at byte 108.
-fn nifti(folder: &Path, name: &str) -> Vec<u8> {
-    let mut bytes = all_of(MultiGzDecoder::new(&file(folder, name)[..]));
-    let first = f32::from_le_bytes(bytes[108..112].try_into().unwrap());
-    bytes.split_off(first as usize)
-}
-
-/// CPU time of this process, all threads together.
-fn cpu_time() -> Duration {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
-}
 
 /// PSNR in dB over max − min of the original, integers rounded, and bits per sample of the whole file.
 fn measured(name: &str, volume: &FiniteVolume, block: &str, more: &[(&str, &str)]) -> (f64, f64) {
@@ -104,11 +60,8 @@ fn holds(name: &str, volume: &FiniteVolume, peers: [(f64, f64); 2]) {
 
 #[test]
 fn bonsai() {
-    let Some(folder) = data() else { return };
-    let packed = file(&folder, "bonsai.nrrd");
-    let header = packed.windows(2).position(|w| w == b"\n\n").unwrap() + 2;
-    let bytes = all_of(MultiGzDecoder::new(&packed[header..]));
-    let volume = volume([256; 3], 1, 1, SampleType::U8, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "bonsai");
     holds("bonsai", &volume, [(38.381, 1.002), (32.548, 0.141)]);
     let (more, _) = measured("bonsai", &volume, "4", &[("codewords", "4096")]);
     let (fewer, _) = measured("bonsai", &volume, "4", &[("codewords", "16")]);
@@ -117,43 +70,30 @@ fn bonsai() {
 
 #[test]
 fn magnetic_resonance_head() {
-    let Some(folder) = data() else { return };
-    let bytes = all_of(ZlibDecoder::new(&file(&folder, "mr_vs.zraw")[..]));
-    let volume = volume([352, 416, 120], 1, 1, SampleType::U16, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "mr_vs");
     holds("mr_vs", &volume, [(34.519, 1.002), (28.72, 0.140)]);
     measured("mr_vs", &volume, "2", &[("codeword_bits", "16")]);
 }
 
 #[test]
 fn chest() {
-    let Some(folder) = data() else { return };
-    let packed = file(&folder, "lidc_chest.mha");
-    let marker = b"ElementDataFile = LOCAL\n";
-    let header = packed.windows(marker.len()).position(|w| w == marker).unwrap() + marker.len();
-    let bytes = all_of(ZlibDecoder::new(&packed[header..]));
-    holds(
-        "lidc_chest",
-        &volume([256, 256, 133], 1, 1, SampleType::U8, &bytes),
-        [(32.72, 1.011), (27.823, 0.158)],
-    );
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "lidc_chest");
+    holds("lidc_chest", &volume, [(32.72, 1.011), (27.823, 0.158)]);
 }
 
 #[test]
 fn vorticity() {
-    let Some(folder) = data() else { return };
-    let bytes = file(&folder, "vorticity.128_128_41");
-    let volume = volume([128, 128, 41], 1, 1, SampleType::F32, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "vorticity");
     holds("vorticity", &volume, [(39.622, 1.073), (35.364, 0.524)]);
 }
 
 #[test]
 fn viscous_fingers() {
-    let Some(folder) = data() else { return };
-    let mut steps: Vec<_> =
-        std::fs::read_dir(folder.join("viscous_fingers")).unwrap().map(|e| e.unwrap().path()).collect();
-    steps.sort();
-    let bytes: Vec<u8> = steps.iter().flat_map(|step| std::fs::read(step).unwrap()).collect();
-    let volume = volume([64; 3], 1, 24, SampleType::F32, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "viscous_fingers");
     holds("viscous_fingers", &volume, [(40.063, 1.005), (36.208, 0.167)]);
     let shared = measured("viscous_fingers", &volume, "2", &[]);
     let each = measured("viscous_fingers", &volume, "2", &[("tables", "per-frame")]);
@@ -162,18 +102,16 @@ fn viscous_fingers() {
 
 #[test]
 fn spin_labelling() {
-    let Some(folder) = data() else { return };
-    let bytes = nifti(&folder, "pcasl.nii.gz");
-    let volume = volume([52, 68, 20], 1, 10, SampleType::F32, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "pcasl");
     holds("pcasl", &volume, [(30.07, 1.046), (27.371, 0.496)]);
 }
 
 /// Not comparable with the peers, who code each channel by itself in three times the bits.
 #[test]
 fn colours() {
-    let Some(folder) = data() else { return };
-    let bytes = nifti(&folder, "example_rgb.nii.gz");
-    let volume = volume([96, 96, 60], 3, 1, SampleType::U8, &bytes);
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "dti_rgb");
     let (cubes_of_2, _) = measured("dti_rgb", &volume, "2", &[]);
     let (cubes_of_4, _) = measured("dti_rgb", &volume, "4", &[]);
     assert!(cubes_of_4 < cubes_of_2 && cubes_of_4 > 20.0, "{cubes_of_2} and {cubes_of_4} dB");

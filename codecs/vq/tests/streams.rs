@@ -5,14 +5,10 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-use cvr_core::codec::{Codec as _, Progress, SettingValue, Settings, decode_frame, encode_file};
+use cvr_codec_tests::kept::{checksums, compare, open, path, with_flipped};
+use cvr_core::codec::{SettingValue, Settings};
 use cvr_core::container::EncodedVolume;
-use cvr_core::volume::{
-    DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, Replaced, SampleType, Samples, VolumeLayout,
-};
+use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use cvr_vq::Vq;
 
 /// A stream that is kept.
@@ -20,7 +16,7 @@ struct Kept {
     name: &'static str,
     version: u32,
     /// CRC-32C of all decoded samples, as little-endian singles, frame after frame.
-    crc32c: u32,
+    crc32c: [u32; 1],
     /// What it was made from.
     made: fn() -> (Settings, FiniteVolume),
 }
@@ -30,14 +26,14 @@ const KEPT: [Kept; 2] = [
     Kept {
         name: "v1-f32-3-bits",
         version: 1,
-        crc32c: 0x33f6_c7be,
+        crc32c: [0x33f6_c7be],
         made: || made("3x2x2", "5", "16", SampleType::F32, 1, 1),
     },
     // Colours, a table per frame, tables of unequal size.
     Kept {
         name: "v1-rgb-per-frame",
         version: 1,
-        crc32c: 0x3e95_b705,
+        crc32c: [0x3e95_b705],
         made: || made("2", "256", "8", SampleType::I16, 3, 2),
     },
 ];
@@ -65,38 +61,20 @@ fn made(
     (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
 }
 
-fn path(kept: &Kept) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/streams").join(format!("{}.cvr", kept.name))
-}
+/// Stages from which a stream is decoded, one after the other.
+const STAGES: [u8; 1] = [u8::MAX];
 
-/// Checksum of what a stream decodes to.
-fn checksum(stream: EncodedVolume) -> u32 {
-    let decoder = Vq.decoder(Arc::new(stream)).unwrap();
-    (0..decoder.layout().frames).map(FrameIndex).fold(0, |crc, frame| {
-        let values = decode_frame(decoder.as_ref(), frame, &NoReferences).unwrap();
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-        crc32c::crc32c_append(crc, &bytes)
-    })
+fn stream(kept: &Kept) -> EncodedVolume {
+    open(&Vq, &path(env!("CARGO_MANIFEST_DIR"), kept.name), kept.made)
 }
 
 #[test]
 fn streams_that_were_kept_decode_to_what_they_did() {
     let mut problems = Vec::new();
     for kept in &KEPT {
-        let path = path(kept);
-        if !path.exists() && std::env::var_os("CVR_BLESS").is_some() {
-            let (settings, volume) = (kept.made)();
-            encode_file(&Vq, &settings, &volume, Replaced::default(), &path, &Progress::silent()).unwrap();
-        }
-        let stream = EncodedVolume::open(&path).unwrap();
+        let stream = stream(kept);
         assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
-        let found = checksum(stream);
-        if found != kept.crc32c {
-            problems.push(format!(
-                "{}: the checksum is {found:#010x}, {:#010x} was kept",
-                kept.name, kept.crc32c
-            ));
-        }
+        problems.extend(compare(kept.name, checksums(&Vq, stream, STAGES), kept.crc32c).err());
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
@@ -105,18 +83,6 @@ fn streams_that_were_kept_decode_to_what_they_did() {
 #[test]
 fn another_codeword_has_another_checksum() {
     let kept = &KEPT[0];
-    let stream = EncodedVolume::open(&path(kept)).unwrap();
-    let (spec, folder) = (stream.spec().clone(), tempfile::tempdir().unwrap());
-    let changed = folder.path().join("changed.cvr");
-    let mut writer = cvr_core::container::ContainerWriter::create(&changed).unwrap();
-    for (name, tensor) in &spec.tensors {
-        use cvr_core::container::StreamWriter as _;
-        let mut bytes = stream.tensor(name, tensor.element).unwrap().bytes().to_vec();
-        bytes[0] ^= u8::from(name == "codebook");
-        writer.append(name, tensor.element, &bytes).unwrap();
-        writer.shape(name, &tensor.shape).unwrap();
-        writer.parameters(spec.parameters.clone());
-    }
-    writer.finish(Vq.info(), &spec.layout, &spec.settings, &spec.report, spec.replaced).unwrap();
-    assert_ne!(checksum(EncodedVolume::open(&changed).unwrap()), kept.crc32c);
+    let changed = with_flipped(&Vq, &stream(kept), "codebook", 0);
+    assert_ne!(checksums(&Vq, changed, STAGES), kept.crc32c);
 }

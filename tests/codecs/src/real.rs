@@ -1,11 +1,14 @@
-//! The real volumes of the figures, by name.
+//! The real volumes of the figures, by name, and the processor time that figures tell.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
+use rustix::time::{ClockId, clock_gettime};
 
-/// The folder that `CVR_DATA` names.
+/// The folder that `CVR_DATA` names; without it a line is printed, and the test has nothing to do.
+#[must_use]
 pub fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("CVR_DATA").map(PathBuf::from);
     if folder.is_none() {
@@ -49,7 +52,8 @@ pub const NAMES: [&str; 7] =
     ["bonsai", "mr_vs", "lidc_chest", "vorticity", "viscous_fingers", "pcasl", "dti_rgb"];
 
 /// A volume by its name.
-pub fn real(folder: &Path, name: &str) -> FiniteVolume {
+#[must_use]
+pub fn volume_of(folder: &Path, name: &str) -> FiniteVolume {
     match name {
         "bonsai" => {
             let packed = file(folder, "bonsai.nrrd");
@@ -77,4 +81,11 @@ pub fn real(folder: &Path, name: &str) -> FiniteVolume {
         "dti_rgb" => volume([96, 96, 60], 3, 1, SampleType::U8, &nifti(folder, "example_rgb.nii.gz")),
         other => panic!("no volume {other}"),
     }
+}
+
+/// CPU time of this process, all threads together.
+#[must_use]
+pub fn cpu_time() -> Duration {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
 }

@@ -1,0 +1,71 @@
+//! Streams that are kept in a codec's crate, and must decode for ever to what they did.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use cvr_core::codec::{Codec, Progress, Settings, decode_stages, encode_file};
+use cvr_core::container::{ContainerWriter, EncodedVolume, StreamWriter as _};
+use cvr_core::volume::{FiniteVolume, FrameIndex, NoReferences, Replaced};
+
+/// Where the stream of this name lies; `crate_folder` is `env!("CARGO_MANIFEST_DIR")`.
+#[must_use]
+pub fn path(crate_folder: &str, name: &str) -> PathBuf {
+    Path::new(crate_folder).join("tests/streams").join(format!("{name}.cvr"))
+}
+
+/// Opens a stream. Where there is none and `CVR_BLESS` is set, it is written first; one that is there never is.
+#[must_use]
+pub fn open(
+    codec: &dyn Codec,
+    path: &Path,
+    made: impl FnOnce() -> (Settings, FiniteVolume),
+) -> EncodedVolume {
+    if !path.exists() && std::env::var_os("CVR_BLESS").is_some() {
+        let (settings, volume) = made();
+        encode_file(codec, &settings, &volume, Replaced::default(), path, &Progress::silent()).unwrap();
+    }
+    EncodedVolume::open(path).unwrap()
+}
+
+/// CRC-32C of all samples decoded from each of these numbers of stages, as little-endian singles, frame after frame.
+#[must_use]
+pub fn checksums<const N: usize>(codec: &dyn Codec, stream: EncodedVolume, stages: [u8; N]) -> [u32; N] {
+    let decoder = codec.decoder(Arc::new(stream)).unwrap();
+    stages.map(|stages| {
+        (0..decoder.layout().frames).map(FrameIndex).fold(0, |crc, frame| {
+            let values = decode_stages(decoder.as_ref(), frame, stages, &NoReferences).unwrap();
+            let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+            crc32c::crc32c_append(crc, &bytes)
+        })
+    })
+}
+
+/// Compares checksums with those that were kept.
+///
+/// # Errors
+/// A sentence with both.
+pub fn compare<const N: usize>(name: &str, found: [u32; N], kept: [u32; N]) -> Result<(), String> {
+    if found == kept {
+        return Ok(());
+    }
+    Err(format!("{name}: the checksums are {found:#010x?}, {kept:#010x?} were kept"))
+}
+
+/// The same stream with one bit of a byte of a tensor turned over, whole in all else: its checksums are anew.
+#[must_use]
+pub fn with_flipped(codec: &dyn Codec, stream: &EncodedVolume, tensor: &str, byte: usize) -> EncodedVolume {
+    let (spec, folder) = (stream.spec().clone(), tempfile::tempdir().unwrap());
+    let changed = folder.path().join("changed.cvr");
+    let mut writer = ContainerWriter::create(&changed).unwrap();
+    for (name, description) in &spec.tensors {
+        let mut bytes = stream.tensor(name, description.element).unwrap().bytes().to_vec();
+        if name == tensor {
+            bytes[byte] ^= 1;
+        }
+        writer.append(name, description.element, &bytes).unwrap();
+        writer.shape(name, &description.shape).unwrap();
+        writer.parameters(spec.parameters.clone());
+    }
+    writer.finish(codec.info(), &spec.layout, &spec.settings, &spec.report, spec.replaced).unwrap();
+    EncodedVolume::open(&changed).unwrap()
+}
