@@ -11,8 +11,15 @@ use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::BadInput;
 use crate::input::{ByteOrder, write_npy, write_nrrd};
 
+const EXAMPLES: &str = "\
+Examples:
+  cvr convert head.nii.gz head.nrrd
+  cvr convert slices/ head.npy
+  cvr convert flow.raw flow.nrrd --dims 128x128x41 --dtype f32";
+
 /// Arguments of `cvr convert`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The volume: a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames; of
     /// several, the frames follow each other. The last of the paths is the file to write.

@@ -12,8 +12,14 @@ use crate::exit::BadInput;
 use crate::input::write_nrrd;
 use crate::registry::Names;
 
+const EXAMPLES: &str = "\
+Examples:
+  cvr decode head.cvr head.nrrd
+  cvr decode head.cvr coarse.npy --stages 1";
+
 /// Arguments of `cvr decode`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The container.
     container: PathBuf,

@@ -12,8 +12,15 @@ use crate::exit::BadInput;
 use crate::progress::VoxelBar;
 use crate::registry::Names;
 
+const EXAMPLES: &str = "\
+Examples:
+  cvr encode head.nrrd head.cvr --codec s3dc --set block=8 --set index_bits=4
+  cvr encode head.nrrd head.cvr --codec tvq --set payload=variable --set rate=0.5
+  cvr encode flow.raw flow.cvr --codec vq --dims 128x128x41 --dtype f32";
+
 /// Arguments of `cvr encode`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The volume: a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames.
     volume: PathBuf,

@@ -11,8 +11,15 @@ use super::volume_args::{RawArgs, is_container};
 use crate::exit::BadInput;
 use crate::registry::Names;
 
+const EXAMPLES: &str = "\
+Examples:
+  cvr info head.nrrd
+  cvr info head.cvr
+  cvr info flow.raw --dims 128x128x41 --dtype f32";
+
 /// Arguments of `cvr info`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// A volume (a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames; of
     /// several, the frames follow each other), or a container (`.cvr`).

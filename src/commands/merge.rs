@@ -26,6 +26,9 @@ pub struct Args {
 }
 
 const NOTES: &str = "\
+Examples:
+  cvr merge results/shard-1 results/shard-2 --out results/all
+
 Configuration, --set, seed and volumes must agree. A cell that stands in several folders is kept once where all that
 went into it is the same, and once per device where it ran on several; anything else is refused. A shard that was
 stopped is resumed first: cells that no folder holds are missing from the result, and their number is told.";

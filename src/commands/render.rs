@@ -17,8 +17,16 @@ use crate::experiment::stage::{RAW, check_range};
 use crate::experiment::target::{Decoded, Target, VoxelSource};
 use crate::registry::{Names, renderer};
 
+const EXAMPLES: &str = "\
+Examples:
+  cvr render head.nrrd head.png --azimuth 45 --transfer-function tissue --shading
+  cvr render head.cvr head.png --site deferred --renderer slicing,geometry=axis --stages 2
+  cvr render flow.raw flow.png --dims 64x64x64 --dtype f32 --frames 24 --frame 23 --transfer-function heat
+  cvr render fibres.nii.gz fibres.png --opacity red --range --transfer-function 0.1:#ffffff00,1:#ffffff80";
+
 /// Arguments of `cvr render`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// A volume or a container (`.cvr`).
     file: PathBuf,

@@ -27,6 +27,12 @@ use crate::registry::Names;
 use crate::report;
 
 const NOTES: &str = "\
+Examples:
+  cvr run configs/quickstart.toml
+  CVR_DATA=folder cvr run configs/compare.toml --device cpu
+  cvr run configs/compare.toml --volume head.nrrd --set scene.step_voxels=1.0 --out results/head
+  cvr run configs/compare.toml --resume --shard 1/4
+
 Every file in the folder is whole or not there, whenever a run ends. Ctrl-C stops after the running step, writes
 the report of what is finished and exits with 130; a second Ctrl-C stops at once. To go on, give the same command
 with --resume.

@@ -21,8 +21,15 @@ use crate::experiment::volumes::LoadedVolume;
 use crate::input::{Generator, generate as generate_volume};
 use crate::registry::{Names, renderer};
 
+const EXAMPLES: &str = "\
+Examples:
+  cvr shader --codec s3dc
+  cvr shader --codec hvq --site deferred --shading
+  cvr shader --codec vq --renderer slicing,geometry=axis --site ring";
+
 /// Arguments of `cvr shader`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// A container (`.cvr`), or a volume to encode with --codec; default a generated one.
     file: Option<PathBuf>,
