@@ -8,7 +8,8 @@
 use std::sync::Arc;
 
 use cvr_codec_tests::real::{cpu_time, folder, volume_of};
-use cvr_core::codec::{Codec as _, Decoder, SettingValue, Settings, decode_stages, encode_temporary};
+use cvr_codec_tests::settings;
+use cvr_core::codec::{Codec as _, Decoder, decode_stages, encode_temporary};
 use cvr_core::volume::{BrickSource as _, FiniteVolume, FrameIndex, NoReferences};
 use cvr_hvq::Hvq;
 
@@ -30,8 +31,7 @@ fn psnr(volume: &FiniteVolume, decoder: &dyn Decoder, stages: u8) -> (f64, f64) 
 
 /// PSNR of all stages, and bits per sample of the whole file.
 fn measured(name: &str, volume: &FiniteVolume, options: &[(&str, &str)]) -> (f64, f64) {
-    let settings: Settings =
-        options.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect();
+    let settings = settings(options);
     let begun = cpu_time();
     let stream = Arc::new(encode_temporary(&Hvq, &settings, volume).unwrap());
     let seconds = (cpu_time() - begun).as_secs_f64();

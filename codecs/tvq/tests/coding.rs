@@ -4,9 +4,8 @@
 
 use std::sync::Arc;
 
-use cvr_core::codec::{
-    Codec as _, Decoder, SettingValue, Settings, decode_frame, decode_stages, encode_temporary,
-};
+use cvr_codec_tests::settings;
+use cvr_core::codec::{Codec as _, Decoder, decode_frame, decode_stages, encode_temporary};
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{
     BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, SampleType, Samples,
@@ -15,9 +14,7 @@ use cvr_core::volume::{
 use cvr_tvq::Tvq;
 
 fn encoded(volume: &FiniteVolume, pairs: &[(&str, &str)]) -> Arc<EncodedVolume> {
-    let settings: Settings =
-        pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect();
-    Arc::new(encode_temporary(&Tvq, &settings, volume).unwrap())
+    Arc::new(encode_temporary(&Tvq, &settings(pairs), volume).unwrap())
 }
 
 fn decoder(stream: &Arc<EncodedVolume>) -> Box<dyn Decoder> {

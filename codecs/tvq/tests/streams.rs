@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
 use cvr_codec_tests::kept::{checksums, compare, open, path, with_flipped};
-use cvr_core::codec::{SettingValue, Settings};
+use cvr_core::codec::Settings;
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use cvr_tvq::Tvq;
@@ -43,7 +43,7 @@ const KEPT: [Kept; 2] = [
 
 fn made(kept: &Kept) -> (Settings, FiniteVolume) {
     let (sample, channels, frames, pairs) = kept.made;
-    let settings = pairs.iter().map(|(n, v)| ((*n).to_owned(), SettingValue::from(*v))).collect();
+    let settings = cvr_codec_tests::settings(pairs);
     let extent = Extent::new(33, 18, 21).unwrap();
     let layout = VolumeLayout { channels, frames, ..VolumeLayout::scalar(extent, sample) };
     let value = |i: u64| {

@@ -8,7 +8,8 @@
 use std::sync::Arc;
 
 use cvr_codec_tests::real::{cpu_time, folder, volume_of};
-use cvr_core::codec::{Codec as _, SettingValue, Settings, decode_frame, encode_temporary};
+use cvr_codec_tests::settings;
+use cvr_core::codec::{Codec as _, SettingValue, decode_frame, encode_temporary};
 use cvr_core::volume::{BrickSource as _, FiniteVolume, FrameIndex, NoReferences};
 use cvr_vq::Vq;
 
@@ -17,8 +18,7 @@ const TOLERANCE_DB: f64 = 0.2;
 
 /// PSNR in dB over max − min of the original, integers rounded, and bits per sample of the whole file.
 fn measured(name: &str, volume: &FiniteVolume, block: &str, more: &[(&str, &str)]) -> (f64, f64) {
-    let mut settings: Settings =
-        more.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect();
+    let mut settings = settings(more);
     settings.set("block", SettingValue::from(block));
     let begun = cpu_time();
     let stream = Arc::new(encode_temporary(&Vq, &settings, volume).unwrap());

@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
 use cvr_codec_tests::kept::{checksums, compare, open, path, with_flipped};
-use cvr_core::codec::{SettingValue, Settings};
+use cvr_core::codec::Settings;
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use cvr_vq::Vq;
@@ -48,7 +48,7 @@ fn made(
 ) -> (Settings, FiniteVolume) {
     let pairs =
         [("block", block), ("codewords", codewords), ("codeword_bits", bits), ("tables", "per-frame")];
-    let settings = pairs.iter().map(|(n, v)| ((*n).to_owned(), SettingValue::from(*v))).collect();
+    let settings = cvr_codec_tests::settings(&pairs);
     let extent = Extent::new(13, 7, 5).unwrap();
     let layout = VolumeLayout { channels, frames, ..VolumeLayout::scalar(extent, sample) };
     let value =
