@@ -9,6 +9,7 @@ mod host {
     mod cli;
     mod combinations;
     mod configs;
+    mod external;
     mod folder;
     mod frame_passes;
     mod frames;

@@ -17,7 +17,7 @@ pub fn empty_record(cell: &Cell, frames: FrameRange, volume: &FiniteVolume, targ
     let layout = volume.layout();
     let mut record = Record {
         volume: cell.volume.clone(),
-        codec: cell.codec.clone(),
+        codec: cell.codec_label(),
         settings: cell.settings.to_string(),
         site: cell.site.name().to_owned(),
         filter: cell.filter.name().to_owned(),

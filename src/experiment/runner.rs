@@ -187,7 +187,7 @@ fn refused_cell(refusal: &Refusal) -> RefusedCell {
     let Refusal { cell, reason } = refusal;
     RefusedCell {
         volume: cell.volume.clone(),
-        codec: cell.codec.clone(),
+        codec: cell.codec_label(),
         settings: cell.settings.to_string(),
         site: cell.site.name().to_owned(),
         filter: cell.filter.name().to_owned(),

@@ -18,14 +18,14 @@ const OUT: &str = "results/one-cell";
 /// The name of a record's cell, as `cvr run --list-cells` prints it; `None` where its site or filter is unknown.
 pub(super) fn cell_id(record: &Record) -> Option<String> {
     let mut settings = Settings::default();
-    for setting in record.settings.split_whitespace() {
+    for setting in shlex::split(&record.settings)? {
         let (name, value) = setting.split_once('=')?;
         // The name of a cell shows values as text, of whatever kind they are.
         settings.set(name, SettingValue::Text(value.to_owned()));
     }
     let cell = Cell {
         volume: record.volume.clone(),
-        codec: record.codec.clone(),
+        codec: Cell::codec_of_label(&record.codec).to_owned(),
         settings,
         scene: record.scene.clone(),
         renderer: record.renderer.clone(),
@@ -44,7 +44,7 @@ pub(super) fn command(record: &Record, provenance: &Provenance) -> Option<String
     let runs = || provenance.parts.iter().filter(|part| part.records > 0);
     let part = runs().find(|part| part.adapter == record.device).or_else(|| runs().next());
     let line = part.map_or(&provenance.command_line, |part| &part.command_line);
-    let words = words(line)?;
+    let words = shlex::split(line)?;
     let [program, run, rest @ ..] = words.as_slice() else { return None };
     if run != "run" {
         return None;
@@ -61,30 +61,6 @@ pub(super) fn command(record: &Record, provenance: &Provenance) -> Option<String
     }
     kept.extend(["--cell", &id, "--out", OUT].map(str::to_owned));
     Some(kept.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" "))
-}
-
-/// The words of a command as [`quoted`] wrote them; `None` where a quote stays open.
-fn words(line: &str) -> Option<Vec<String>> {
-    let (mut words, mut word) = (Vec::new(), None::<String>);
-    let mut chars = line.chars();
-    while let Some(c) = chars.next() {
-        match c {
-            ' ' => words.extend(word.take()),
-            '\'' => {
-                let word = word.get_or_insert_default();
-                loop {
-                    match chars.next()? {
-                        '\'' => break,
-                        c => word.push(c),
-                    }
-                }
-            }
-            '\\' => word.get_or_insert_default().push(chars.next()?),
-            c => word.get_or_insert_default().push(c),
-        }
-    }
-    words.extend(word);
-    Some(words)
 }
 
 #[cfg(test)]
@@ -109,8 +85,7 @@ mod tests {
     fn words_are_those_that_were_quoted() {
         let all = ["cvr", "a b", "", "it's", r"back\slash", "--set", "x=[1, 2]"];
         let line = all.map(quoted).join(" ");
-        assert_eq!(words(&line).unwrap(), all);
-        assert_eq!(words("cvr 'open"), None);
+        assert_eq!(shlex::split(&line).unwrap(), all);
     }
 
     #[test]

@@ -95,13 +95,16 @@ fn values(kind: &SettingKind) -> Vec<SettingValue> {
             .iter()
             .filter_map(|&b| kind.canonical(&SettingValue::Text(b.to_owned())))
             .collect(),
+        // What a text means is its codec's own: it keeps its default.
+        SettingKind::Text { .. } => Vec::new(),
     }
 }
 
 /// Settings in which every value of every setting occurs. From one to the next each setting moves on by one, so
 /// that settings of different numbers of values meet in ever new pairs; `turn` begins elsewhere.
 pub fn sweep(info: &CodecInfo, turn: usize) -> Vec<Settings> {
-    let all: Vec<_> = info.settings.iter().map(|s| (s.name, values(&s.kind))).collect();
+    let all = info.settings.iter().map(|s| (s.name, values(&s.kind)));
+    let all: Vec<_> = all.filter(|(_, values)| !values.is_empty()).collect();
     let count = all.iter().map(|(_, values)| values.len()).max().unwrap_or(1);
     let nth = |n: usize| {
         let pick = |(name, values): &(&str, Vec<SettingValue>)| {

@@ -42,6 +42,7 @@ fn every_configuration_resolves() {
     let expected = [
         ("compare", 60, 0),
         ("hvq", 20, 16),
+        ("peers", 126, 0),
         ("quickstart", 34, 11),
         ("renderers", 104, 40),
         ("ring", 18, 0),

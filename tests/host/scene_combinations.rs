@@ -134,7 +134,7 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
                         (Site::Ring, TextureSampling::Manual),
                         (Site::Ring, TextureSampling::Hardware),
                     ] {
-                        if site == Site::Ring && !info.draws_layers(&label) {
+                        if !codec.info().offers(site) || site == Site::Ring && !info.draws_layers(&label) {
                             continue; // refused before a plan is asked for
                         }
                         let plan = match site {

@@ -345,6 +345,7 @@ fn ranges_hold_every_decoded_value() {
     for codec in names.codecs().iter() {
         let (name, choices) = match codec.info().id {
             "raw" => ("bits", ["native", "8", "half"]),
+            "external" => ("sample", ["native", "f32", "native"]),
             "hvq" => ("detail_codewords", ["2", "16", "300"]),
             "tvq" => ("index_bits", ["0", "4", "8"]),
             _ => ("block", ["3x5x2", "4", "16"]),

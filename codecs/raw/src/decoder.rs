@@ -7,7 +7,7 @@ use cvr_core::codec::{
     TexelFormat, WgslModule, check_key, check_stream,
 };
 use cvr_core::container::{Element, EncodedVolume, Tensor};
-use cvr_core::volume::{BrickKey, FrameIndex, ReferenceFrames, SampleType, ValueRange, VolumeLayout};
+use cvr_core::volume::{BrickKey, FrameIndex, ReferenceFrames, ValueRange, VolumeLayout};
 
 use crate::decode::{code, half, value};
 use crate::form::{Form, Kind, Parameters};
@@ -97,11 +97,7 @@ impl Decoder for RawDecoder {
             (Kind::Scaled, _) if self.range.span() == 0.0 => DecodedForm::FLOAT32,
             (Kind::Scaled, _) => form(TexelFormat::Unorm8, self.range.span() as f32, self.range.min),
             (Kind::Half, _) => form(TexelFormat::Float16, 1.0, 0.0),
-            (_, SampleType::U8) => form(TexelFormat::Unorm8, 255.0, 0.0),
-            (_, SampleType::I8) => form(TexelFormat::Unorm8, 255.0, -128.0),
-            (_, SampleType::U16) => form(TexelFormat::Unorm16, 65535.0, 0.0),
-            (_, SampleType::I16) => form(TexelFormat::Unorm16, 65535.0, -32768.0),
-            _ => DecodedForm::FLOAT32,
+            (_, sample) => DecodedForm::of(sample),
         }
     }
 

@@ -45,6 +45,9 @@ pub enum EncodeError {
     /// This codec cannot encode such a volume; the message says what it can.
     #[error("{0}")]
     Unsupported(String),
+    /// Something that the encoder relies on did not do its work: a process that it starts.
+    #[error("{0}")]
+    Failed(String),
     /// Reading the input failed.
     #[error(transparent)]
     Source(#[from] SourceError),
@@ -81,6 +84,12 @@ pub enum DecodeError {
         /// Version of the stream.
         found: u32,
     },
+    /// Something that the decoder relies on did not do its work: a process that it starts.
+    #[error("{0}")]
+    Failed(String),
+    /// The stream asks for something that its reader has not allowed.
+    #[error("{0}")]
+    Refused(String),
     /// The brick lies outside the volume, or the level does not exist.
     #[error("no such brick: {0}")]
     NoSuchBrick(String),

@@ -35,6 +35,11 @@ pub enum SettingKind {
         /// Longest axis.
         max: u32,
     },
+    /// Any text of one line: no control characters, at most so many bytes.
+    Text {
+        /// Most bytes.
+        max: usize,
+    },
 }
 
 /// One setting in a codec's schema.
@@ -107,6 +112,7 @@ impl SettingKind {
             Self::Block { max } => {
                 format!("a block edge (8) or a block size (\"8x8x4\"), each axis 1 to {max}")
             }
+            Self::Text { max } => format!("a text of one line, at most {max} bytes"),
         }
     }
 
@@ -133,6 +139,12 @@ impl SettingKind {
                 let fits = block.0.to_array().iter().all(|a| a <= max);
                 fits.then(|| V::Text(block.to_string()))
             }
+            (Self::Text { max }, V::Text(text)) => {
+                let fits = text.len() <= *max && !text.contains(char::is_control);
+                fits.then(|| V::Text(text.clone()))
+            }
+            // On a command line a text may look like a number.
+            (Self::Text { .. }, value) => Some(V::Text(value.to_string())),
             _ => None,
         }
     }
@@ -255,10 +267,16 @@ impl FromIterator<(String, SettingValue)> for Settings {
 }
 
 impl fmt::Display for Settings {
-    /// `block=8 index_bits=4`, as records and labels show it.
+    /// `block=8 index_bits=4`, as records and labels show it. A text that a shell would split or expand stands in its
+    /// quotes, so that the list can be taken apart again.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, (name, value)) in self.iter().enumerate() {
-            write!(f, "{}{name}={value}", if i > 0 { " " } else { "" })?;
+            write!(f, "{}{name}=", if i > 0 { " " } else { "" })?;
+            match value {
+                // Quoting fails on a zero byte alone, which no setting holds.
+                SettingValue::Text(text) => f.write_str(&shlex::try_quote(text).map_err(|_| fmt::Error)?)?,
+                other => write!(f, "{other}")?,
+            }
         }
         Ok(())
     }

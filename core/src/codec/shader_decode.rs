@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::{DecodeError, Decoder};
-use crate::volume::{FrameIndex, Level, ValueRange};
+use crate::volume::{FrameIndex, Level, SampleType, ValueRange};
 
 /// The decode side of a codec in WGSL.
 pub trait ShaderDecode: Send + Sync {
@@ -176,6 +176,19 @@ pub struct DecodedForm {
 impl DecodedForm {
     /// The value itself, in single precision.
     pub const FLOAT32: Self = Self { format: TexelFormat::Float32, scale: 1.0, offset: 0.0 };
+
+    /// What holds every sample of this type, in the fewest bytes.
+    #[must_use]
+    pub const fn of(sample: SampleType) -> Self {
+        let (format, scale, offset) = match sample {
+            SampleType::U8 => (TexelFormat::Unorm8, 255.0, 0.0),
+            SampleType::I8 => (TexelFormat::Unorm8, 255.0, -128.0),
+            SampleType::U16 => (TexelFormat::Unorm16, 65535.0, 0.0),
+            SampleType::I16 => (TexelFormat::Unorm16, 65535.0, -32768.0),
+            SampleType::F32 => return Self::FLOAT32,
+        };
+        Self { format, scale, offset }
+    }
 }
 
 #[cfg(test)]

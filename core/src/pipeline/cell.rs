@@ -1,6 +1,6 @@
 //! One combination of everything, and its name.
 
-use crate::codec::{Settings, Site};
+use crate::codec::{SettingValue, Settings, Site};
 use crate::render::Filter;
 use crate::volume::Level;
 
@@ -35,6 +35,22 @@ impl Cell {
     #[must_use]
     pub fn level(&self) -> Level {
         self.stages.map_or(Level::FULL, |stages| Level { stages, ..Level::FULL })
+    }
+
+    /// What records and charts call the codec: its id, and behind a colon the setting `name` of a codec that has one,
+    /// by which users tell its different forms apart (`external:sz3`).
+    #[must_use]
+    pub fn codec_label(&self) -> String {
+        match self.settings.get("name") {
+            Some(SettingValue::Text(name)) if !name.is_empty() => format!("{}:{name}", self.codec),
+            _ => self.codec.clone(),
+        }
+    }
+
+    /// The id in a [`Cell::codec_label`].
+    #[must_use]
+    pub fn codec_of_label(label: &str) -> &str {
+        label.split_once(':').map_or(label, |(id, _)| id)
     }
 
     /// A name for files and for resuming: `bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-linear`, and

@@ -32,7 +32,7 @@ fn table(info: &CodecInfo) -> Table {
 /// The default of a setting as TOML: words in quotes.
 pub(super) fn written(kind: SettingKind, default: &str) -> String {
     match kind {
-        SettingKind::Choice(_) => format!("\"{default}\""),
+        SettingKind::Choice(_) | SettingKind::Text { .. } => format!("\"{default}\""),
         SettingKind::Block { .. } if default.contains('x') => format!("\"{default}\""),
         _ => default.to_owned(),
     }

@@ -13,6 +13,8 @@ const PATH: &str = r"^([^$]|\$[^{]|\$\{[A-Za-z0-9_]+\})+\$?$|^\$$";
 const COLOUR: &str = "^#[0-9a-fA-F]{6}$";
 const COLOUR_AND_OPACITY: &str = "^#([0-9a-fA-F]{6}|[0-9a-fA-F]{8})$";
 /// An edge, or three lengths of axes. Their upper bound is not the pattern's.
+/// One line.
+const LINE: &str = r"^[^\u0000-\u001f\u007f-\u009f]*$";
 const BLOCK: &str = r"^\s*0*[1-9][0-9]*\s*(x\s*0*[1-9][0-9]*\s*x\s*0*[1-9][0-9]*\s*)?$";
 
 /// The schema of a whole configuration.
@@ -196,5 +198,8 @@ fn setting(kind: SettingKind) -> Json {
         }
         SettingKind::Boolean => Json::object().with("type", "boolean"),
         SettingKind::Block { max } => any(vec![integer(1, i64::from(max)), text(BLOCK)]),
+        SettingKind::Text { .. } => {
+            any(vec![text(LINE), number(Bounds::ANY), Json::object().with("type", "boolean")])
+        }
     }
 }

@@ -1,0 +1,154 @@
+//! The decoder: whole frames by the command that the stream names, if it is trusted.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use cvr_core::codec::{DecodeError, DecodedForm, Decoder, check_key, check_stream};
+use cvr_core::container::{Element, EncodedVolume, Tensor};
+use cvr_core::volume::{BrickKey, FrameIndex, ReferenceFrames, SampleType, VolumeLayout};
+use serde::{Deserialize, Serialize};
+
+use crate::command::{Command, Field};
+use crate::samples::values;
+use crate::trust::Trust;
+use crate::{INFO, STREAMS};
+
+/// The decode parameters in the container.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameters {
+    /// The command, placeholders and all.
+    pub decode: String,
+    /// What stands for `{value}`.
+    pub value: f64,
+    /// How long it may run.
+    pub timeout_seconds: u64,
+    /// Type of the samples that it writes.
+    pub sample: SampleType,
+    /// Voxels of each field, x, y, z. What a command makes of a wrong shape nobody knows, so that the volume's own must
+    /// be this one before it runs.
+    pub extent: [u32; 3],
+    /// Bytes of each compressed file: the channels of the first frame, of the second, and so on.
+    pub lengths: Vec<u64>,
+}
+
+/// Decodes a stream of `external`.
+#[derive(Debug)]
+pub struct ExternalDecoder {
+    layout: VolumeLayout,
+    command: Command,
+    sample: SampleType,
+    streams: Tensor,
+    /// Where each compressed file begins, and the end of the last.
+    starts: Vec<usize>,
+    /// The frame that was asked for last. Bricks of one frame are one run of the command, whichever thread asks first.
+    latest: Mutex<Option<(FrameIndex, Arc<Vec<f32>>)>>,
+}
+
+impl ExternalDecoder {
+    pub fn new(volume: &EncodedVolume, trust: &Trust) -> Result<Self, DecodeError> {
+        check_stream(volume, &INFO)?;
+        let layout = volume.spec().layout.clone();
+        let Parameters { decode, value, timeout_seconds, sample, extent, lengths } = volume.parameters()?;
+        let timeout = Duration::from_secs(timeout_seconds);
+        let command = Command::parse(&decode, value, timeout)
+            .map_err(|e| DecodeError::Corrupt(format!("the command `{decode}`: {e}")))?;
+        trust.check(&command)?;
+        if extent != layout.extent.to_array() {
+            let [x, y, z] = extent;
+            let problem = format!("fields of {x}×{y}×{z} voxels in a volume of {}", layout.extent);
+            return Err(DecodeError::Corrupt(problem));
+        }
+        let files = u64::from(layout.frames) * u64::from(layout.channels);
+        if lengths.len() as u64 != files {
+            let problem = format!("{} compressed files for {files} frames and channels", lengths.len());
+            return Err(DecodeError::Corrupt(problem));
+        }
+        let total = lengths.iter().try_fold(0_u64, |sum, n| sum.checked_add(*n));
+        let total = total.ok_or_else(|| DecodeError::Corrupt("lengths overflow".to_owned()))?;
+        let streams = volume.tensor_of_shape(STREAMS, Element::U8, &[total])?.clone();
+        let mut starts = vec![0];
+        starts.extend(lengths.iter().scan(0, |at, n| {
+            *at += *n as usize;
+            Some(*at)
+        }));
+        Ok(Self { layout, command, sample, streams, starts, latest: Mutex::new(None) })
+    }
+
+    fn frame(&self, frame: FrameIndex) -> Result<Arc<Vec<f32>>, DecodeError> {
+        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((at, values)) = &*latest
+            && *at == frame
+        {
+            return Ok(values.clone());
+        }
+        let decoded = Arc::new(self.decoded(frame)?);
+        *latest = Some((frame, decoded.clone()));
+        Ok(decoded)
+    }
+
+    /// A whole frame, channels interleaved.
+    fn decoded(&self, frame: FrameIndex) -> Result<Vec<f32>, DecodeError> {
+        let channels = self.layout.channels as usize;
+        let field = Field { extent: self.layout.extent, sample: self.sample };
+        let failed = |problem: String| DecodeError::Failed(problem);
+        let folder = tempfile::tempdir().map_err(|e| failed(format!("no temporary folder: {e}")))?;
+        let [input, output] = ["compressed", "samples"].map(|name| folder.path().join(name));
+        let mut frame_values = vec![0.0; self.layout.samples_per_frame() as usize];
+        for channel in 0..channels {
+            let file = frame.0 as usize * channels + channel;
+            let stream = &self.streams.bytes()[self.starts[file]..self.starts[file + 1]];
+            std::fs::write(&input, stream).map_err(|e| failed(format!("{}: {e}", input.display())))?;
+            _ = std::fs::remove_file(&output);
+            let run = self.command.run(field, [&input, &output], folder.path(), || Ok(()));
+            run.map_err(|e| failed(e.to_string()))?;
+            let bytes = std::fs::read(&output).unwrap_or_default();
+            let expected = self.layout.extent.voxels() * self.sample.bytes() as u64;
+            if bytes.len() as u64 != expected {
+                let (text, sample) = (self.command.text(), self.sample);
+                return Err(failed(format!(
+                    "`{text}` wrote {} bytes to {{out}}; {} voxels of {sample} are {expected}",
+                    bytes.len(),
+                    self.layout.extent
+                )));
+            }
+            let decoded = values(&bytes, self.sample).unwrap_or_default();
+            if let Some(value) = decoded.iter().find(|v| !v.is_finite()) {
+                return Err(failed(format!("`{}` wrote a sample of {value}", self.command.text())));
+            }
+            for (to, from) in frame_values.iter_mut().skip(channel).step_by(channels).zip(decoded) {
+                *to = from;
+            }
+        }
+        Ok(frame_values)
+    }
+}
+
+impl Decoder for ExternalDecoder {
+    fn layout(&self) -> &VolumeLayout {
+        &self.layout
+    }
+
+    fn decode_brick(
+        &self,
+        key: BrickKey,
+        _references: &dyn ReferenceFrames,
+        out: &mut [f32],
+    ) -> Result<(), DecodeError> {
+        check_key(&self.layout, key)?;
+        let channels = self.layout.channels as usize;
+        let samples = key.region.extent.voxels() as usize * channels;
+        assert_eq!(out.len(), samples, "output of the wrong size");
+        let frame = self.frame(key.frame)?;
+        let row = key.region.extent.x() as usize * channels;
+        for (start, out) in key.region.rows().zip(out.chunks_exact_mut(row)) {
+            let first = self.layout.extent.index(start) * channels;
+            out.copy_from_slice(&frame[first..first + row]);
+        }
+        Ok(())
+    }
+
+    fn decoded_form(&self) -> DecodedForm {
+        DecodedForm::of(self.sample)
+    }
+}

@@ -1,0 +1,80 @@
+//! The encoder: each channel of each frame is one file for the command.
+
+use std::sync::Arc;
+
+use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
+use cvr_core::container::{Element, StreamWriter};
+use cvr_core::volume::{BrickSource, FrameIndex, Region, SampleType};
+
+use crate::STREAMS;
+use crate::command::{Command, Field, RunError};
+use crate::decoder::Parameters;
+use crate::samples::bytes;
+use crate::trust::Trust;
+
+/// Encodes by a command.
+#[derive(Debug)]
+pub struct ExternalEncoder {
+    pub encode: Command,
+    pub decode: Command,
+    /// Type of the samples in files; `None` for the volume's own.
+    pub sample: Option<SampleType>,
+    pub trust: Arc<Trust>,
+}
+
+impl Encoder for ExternalEncoder {
+    fn encode(
+        &mut self,
+        source: &dyn BrickSource,
+        out: &mut dyn StreamWriter,
+        run: &Progress<'_>,
+    ) -> Result<EncodeReport, EncodeError> {
+        self.trust.add(&self.decode);
+        let layout = source.layout().clone();
+        let sample = self.sample.unwrap_or(layout.sample);
+        let field = Field { extent: layout.extent, sample };
+        let folder = tempfile::tempdir().map_err(|e| external(format!("no temporary folder: {e}")))?;
+        let [input, output] = ["samples", "compressed"].map(|name| folder.path().join(name));
+        let channels = layout.channels as usize;
+        let mut values = vec![0.0; layout.samples_per_frame() as usize];
+        let mut lengths = Vec::new();
+        for frame in (0..layout.frames).map(FrameIndex) {
+            source.read(frame, Region::whole(layout.extent), &mut values)?;
+            for channel in 0..channels {
+                let samples = values.iter().skip(channel).step_by(channels).copied();
+                std::fs::write(&input, bytes(samples, sample))
+                    .map_err(|e| external(format!("{}: {e}", input.display())))?;
+                // A command that writes nothing must not pass with what the one before has written.
+                _ = std::fs::remove_file(&output);
+                self.encode.run(field, [&input, &output], folder.path(), || run.advance(0)).map_err(|e| {
+                    match e {
+                        RunError::Cancelled => EncodeError::Cancelled,
+                        other => external(other.to_string()),
+                    }
+                })?;
+                let stream = std::fs::read(&output).unwrap_or_default();
+                if stream.is_empty() {
+                    return Err(external(format!("`{}` wrote nothing to {{out}}", self.encode.text())));
+                }
+                out.append(STREAMS, Element::U8, &stream)?;
+                lengths.push(stream.len() as u64);
+            }
+            run.advance(layout.extent.voxels())?;
+        }
+        out.shape(STREAMS, &[lengths.iter().sum()])?;
+        out.parameters_of(&Parameters {
+            decode: self.decode.text().to_owned(),
+            value: self.decode.value(),
+            timeout_seconds: self.decode.timeout().as_secs(),
+            sample,
+            extent: layout.extent.to_array(),
+            lengths,
+        })?;
+        let note = "times are those of whole processes, one for each frame and channel: their start counts";
+        Ok(EncodeReport { error_bound: None, notes: vec![note.to_owned()] })
+    }
+}
+
+fn external(problem: String) -> EncodeError {
+    EncodeError::Failed(problem)
+}
