@@ -1,5 +1,6 @@
 //! Commands that work, that fail, and that nobody asked for.
 #![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails its test, which is what it is for")]
 
 use std::sync::Arc;
 
