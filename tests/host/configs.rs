@@ -48,6 +48,7 @@ fn every_configuration_resolves() {
         ("ring", 18, 0),
         ("s3dc-table1", 42, 0),
         ("skipping", 96, 0),
+        ("training", 36, 0),
         ("tvq-classification", 8, 0),
         ("tvq-decode-speed", 8, 0),
         ("tvq-progressive", 32, 0),

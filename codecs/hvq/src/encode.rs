@@ -1,6 +1,6 @@
 //! The encoder: codebooks from a part of the blocks, then mean and indices of every block.
 
-use cvr_codebook::blocks::{BlockRow, cuts, inside, value_range};
+use cvr_codebook::blocks::{BlockRow, Draw, cuts, inside, value_range};
 use cvr_codebook::pack::BitPacker;
 use cvr_codebook::{Codebook, Initial, Search, sample};
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
@@ -26,6 +26,7 @@ pub struct HvqEncoder {
     pub training_blocks: u64,
     pub iterations: u32,
     /// The first codebook.
+    pub draw: Draw,
     pub initial: Initial,
     pub seed: u64,
 }

@@ -15,6 +15,7 @@ mod training;
 use std::sync::Arc;
 
 use cvr_codebook::Initial;
+use cvr_codebook::blocks::Draw;
 use cvr_core::codec::{
     Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind, Settings, Site,
 };
@@ -83,6 +84,13 @@ static INFO: CodecInfo = CodecInfo {
             default: "131072",
         },
         Setting {
+            name: "draw",
+            doc: "how training blocks are drawn where there are more: uniform = by chance alone; stratified = half of them \
+                  evenly over classes of variance, so that rare edges are in it",
+            kind: SettingKind::Choice(Draw::NAMES),
+            default: "uniform",
+        },
+        Setting {
             name: "iterations",
             doc: "rounds of training at most; it ends before, once a round gains less than a thousandth",
             kind: SettingKind::Integer { min: 0, max: 1000 },
@@ -133,6 +141,7 @@ impl Codec for Hvq {
             per_frame: settings.text("tables")? == "per-frame",
             training_blocks: integer("training_blocks")?.into(),
             iterations: integer("iterations")?,
+            draw: Draw::named(settings.text("draw")?).ok_or_else(|| incomplete("draw"))?,
             initial: Initial::named(settings.text("init")?).ok_or_else(|| incomplete("init"))?,
             seed: u64::try_from(settings.integer("seed")?).map_err(|_| incomplete("seed"))?,
         }))

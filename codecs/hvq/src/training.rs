@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use cvr_codebook::blocks::training_vectors;
 use cvr_codebook::lbg::{Stop, Trained, refine};
 use cvr_codebook::{Codebook, Quantiser, Search, Vectors};
 use cvr_core::codec::{EncodeError, Progress};
@@ -58,9 +57,9 @@ impl Trainer<'_> {
 
     /// Training blocks of a table, in levels.
     fn blocks(&self, table: usize) -> Result<Vectors, EncodeError> {
-        let HvqEncoder { training_blocks, seed, .. } = *self.encoder;
+        let HvqEncoder { training_blocks, draw, seed, .. } = *self.encoder;
         let (frames, seed) = (self.served[table].clone(), seed.wrapping_add(table as u64));
-        let blocks = training_vectors(self.source, block(), frames, training_blocks, seed, self.run)?;
+        let blocks = draw.vectors(self.source, block(), frames, training_blocks, seed, self.run)?;
         Ok(self.levels.vectors(&blocks))
     }
 

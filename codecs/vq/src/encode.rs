@@ -1,6 +1,6 @@
 //! The encoder: a codebook from a part of the blocks, then the nearest codeword of every block.
 
-use cvr_codebook::blocks::{BlockRow, cuts, inside, training_vectors, value_range};
+use cvr_codebook::blocks::{BlockRow, Draw, cuts, inside, value_range};
 use cvr_codebook::lbg::Stop;
 use cvr_codebook::pack::BitPacker;
 use cvr_codebook::{Codebook, Initial, Quantiser, Search, Training, sample, train};
@@ -26,6 +26,7 @@ pub struct VqEncoder {
     pub training_blocks: u64,
     pub iterations: u32,
     /// The first codebook.
+    pub draw: Draw,
     pub initial: Initial,
     pub seed: u64,
 }
@@ -52,7 +53,7 @@ impl Encoder for VqEncoder {
         let frames_per_table = if self.per_frame { 1 } else { layout.frames };
         let served = (0..layout.frames).step_by(frames_per_table as usize).map(|f| f..f + frames_per_table);
         for (frames, seed) in served.zip(self.seed..) {
-            let vectors = training_vectors(source, self.block, frames, self.training_blocks, seed, run)?;
+            let vectors = self.draw.vectors(source, self.block, frames, self.training_blocks, seed, run)?;
             let trained = train(&vectors, &self.training(quantiser, seed), run)?;
             record.blocks.push(vectors.len() as u64);
             record.rounds.push(trained.rounds);

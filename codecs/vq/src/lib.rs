@@ -11,6 +11,7 @@ mod geometry;
 use std::sync::Arc;
 
 use cvr_codebook::Initial;
+use cvr_codebook::blocks::Draw;
 use cvr_core::codec::{
     Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind, Settings, Site,
 };
@@ -68,6 +69,13 @@ static INFO: CodecInfo = CodecInfo {
             default: "131072",
         },
         Setting {
+            name: "draw",
+            doc: "how training blocks are drawn where there are more: uniform = by chance alone; stratified = half of them \
+                  evenly over classes of variance, so that rare edges are in it",
+            kind: SettingKind::Choice(Draw::NAMES),
+            default: "uniform",
+        },
+        Setting {
             name: "iterations",
             doc: "rounds of training at most; it ends before, once a round gains less than a thousandth",
             kind: SettingKind::Integer { min: 0, max: 1000 },
@@ -114,6 +122,7 @@ impl Codec for Vq {
             per_frame: settings.text("tables")? == "per-frame",
             training_blocks: integer("training_blocks")?.into(),
             iterations: integer("iterations")?,
+            draw: Draw::named(settings.text("draw")?).ok_or_else(|| incomplete("draw"))?,
             initial: Initial::named(settings.text("init")?).ok_or_else(|| incomplete("init"))?,
             seed: u64::try_from(settings.integer("seed")?).map_err(|_| incomplete("seed"))?,
         }))

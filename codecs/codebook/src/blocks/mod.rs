@@ -1,11 +1,13 @@
 //! Blocks of a volume as vectors.
 
 mod cut;
+mod draw;
 mod row;
 mod strata;
 mod training;
 
 pub use cut::{cuts, inside};
+pub use draw::Draw;
 pub use row::BlockRow;
 pub use strata::stratified_training_vectors;
 pub use training::{training_vectors, value_range};
