@@ -347,6 +347,7 @@ fn ranges_hold_every_decoded_value() {
             "raw" => ("bits", ["native", "8", "half"]),
             "hvq" => ("detail_codewords", ["2", "16", "300"]),
             "tvq" => ("index_bits", ["0", "4", "8"]),
+            "zfp" => ("rate", ["0.140625", "1.1", "8"]),
             _ => ("block", ["3x5x2", "4", "16"]),
         };
         for choice in choices {

@@ -29,17 +29,22 @@ fn digest(parts: impl Iterator<Item = Vec<u8>>) -> String {
     sum.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Values of one channel after the other.
-fn planes(values: &[f32], channels: u32) -> impl Iterator<Item = Vec<u8>> + '_ {
-    let plane = move |c: u32| values.iter().skip(c as usize).step_by(channels as usize);
-    // Zeros of either sign are equal.
-    (0..channels).map(move |c| plane(c).flat_map(|v| (v + 0.0).to_le_bytes()).collect())
+/// Bytes of one channel after the other; zeros of either sign are equal.
+fn planes(values: &[f32], channels: u32) -> Vec<Vec<u8>> {
+    let plane = |c: u32| {
+        let mut bytes = Vec::with_capacity(values.len() * 4 / channels as usize);
+        for value in values.iter().skip(c as usize).step_by(channels as usize) {
+            bytes.extend_from_slice(&(value + 0.0).to_le_bytes());
+        }
+        bytes
+    };
+    (0..channels).map(plane).collect()
 }
 
 fn samples(volume: &FiniteVolume) -> String {
     let layout = volume.layout();
     let frame = |f| volume.dense().frame_values(FrameIndex(f));
-    digest((0..layout.frames).flat_map(|f| planes(&frame(f), layout.channels).collect::<Vec<_>>()))
+    digest((0..layout.frames).flat_map(|f| planes(&frame(f), layout.channels)))
 }
 
 fn encoded(volume: &FiniteVolume, rate: &str) -> EncodedVolume {
@@ -52,7 +57,7 @@ fn found(stream: EncodedVolume) -> [String; 2] {
     let decoder = Zfp.decoder(Arc::new(stream)).unwrap();
     let layout = decoder.layout();
     let frame = |f| decode_frame(decoder.as_ref(), FrameIndex(f), &NoReferences).unwrap();
-    let decoded = (0..layout.frames).flat_map(|f| planes(&frame(f), layout.channels).collect::<Vec<_>>());
+    let decoded = (0..layout.frames).flat_map(|f| planes(&frame(f), layout.channels));
     [digest([bits].into_iter()), digest(decoded)]
 }
 

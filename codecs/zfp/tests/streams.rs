@@ -23,9 +23,19 @@ struct Kept {
 
 const KEPT: [Kept; 2] = [
     // Blocks of 70 bits, so that none but the first begins with a word; cut blocks.
-    Kept { name: "v1-f32-70-bits", version: 1, crc32c: [0], made: || made("1.1", SampleType::F32, 1, 1) },
+    Kept {
+        name: "v1-f32-70-bits",
+        version: 1,
+        crc32c: [0xa076_9084],
+        made: || made("1.1", SampleType::F32, 1, 1),
+    },
     // Colours and frames.
-    Kept { name: "v1-rgb-frames", version: 1, crc32c: [0], made: || made("4", SampleType::I16, 3, 2) },
+    Kept {
+        name: "v1-rgb-frames",
+        version: 1,
+        crc32c: [0x81ba_a281],
+        made: || made("4", SampleType::I16, 3, 2),
+    },
 ];
 
 fn made(rate: &str, sample: SampleType, channels: u32, frames: u32) -> (Settings, FiniteVolume) {
