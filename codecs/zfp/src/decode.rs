@@ -55,41 +55,36 @@ fn coefficients(words: &[u32], place: Place, block_bits: u32) -> [u32; 64] {
     while plane > 0 && at < block_bits {
         plane -= 1;
         let known = reached.min(block_bits - at);
-        let mut low = take(words, place, at, known.min(32));
-        let mut high = take(words, place, at + 32, known.max(32) - 32);
+        for first in (0..known).step_by(32) {
+            let mut bits = take(words, place, at + first, (known - first).min(32));
+            while bits != 0 {
+                out[(first + bits.trailing_zeros()) as usize] |= 1 << plane;
+                bits &= bits - 1;
+            }
+        }
         at += known;
+        let mut announced = false;
         while at < block_bits && reached < 64 {
-            at += 1;
-            if take(words, place, at - 1, 1) == 0 {
-                break;
-            }
-            let mut searched = false;
-            while !searched {
-                // The last coefficient needs no bit: the test has told it.
-                let span = (block_bits - at).min(63 - reached).min(32);
-                let found = take(words, place, at, span);
-                let zeros = if found == 0 { span } else { found.trailing_zeros() };
-                reached += zeros;
-                at += zeros;
-                searched = zeros < span || span < 32;
-                if zeros < span {
-                    at += 1;
+            let width = (block_bits - at).min(32);
+            let (mut window, mut span) = (take(words, place, at, width), width);
+            if !announced {
+                at += 1;
+                if window & 1 == 0 {
+                    break;
                 }
+                window >>= 1;
+                span -= 1;
             }
-            if reached < 32 {
-                low |= 1 << reached;
-            } else {
-                high |= 1 << (reached - 32);
+            // The last coefficient needs no bit: the test has told it.
+            span = span.min(63 - reached);
+            let zeros = window.trailing_zeros().min(span);
+            reached += zeros;
+            at += zeros + u32::from(zeros < span);
+            announced = zeros == span && at < block_bits && reached < 63;
+            if !announced {
+                out[reached as usize] |= 1 << plane;
+                reached += 1;
             }
-            reached += 1;
-        }
-        while low != 0 {
-            out[low.trailing_zeros() as usize] |= 1 << plane;
-            low &= low - 1;
-        }
-        while high != 0 {
-            out[32 + high.trailing_zeros() as usize] |= 1 << plane;
-            high &= high - 1;
         }
     }
     out
@@ -100,10 +95,11 @@ fn coefficients(words: &[u32], place: Place, block_bits: u32) -> [u32; 64] {
 #[inline]
 pub(crate) fn column_block(words: &[u32], place: Place, block_bits: u32) -> Block {
     let mut out = Block { columns: [[0; 4]; 16], exponent: 0 };
-    if take(words, place, 0, 1) == 0 {
+    let header = take(words, place, 0, HEADER_BITS);
+    if header & 1 == 0 {
         return out;
     }
-    out.exponent = take(words, place, 1, HEADER_BITS - 1);
+    out.exponent = header >> 1;
     let c = coefficients(words, place, block_bits);
     for (column, places) in out.columns.iter_mut().zip(COLUMNS) {
         *column = inverse(places.map(|i| (c[usize::from(i)] ^ NEGABINARY).wrapping_sub(NEGABINARY) as i32));

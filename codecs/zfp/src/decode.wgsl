@@ -24,6 +24,7 @@ fn zfp_take(place: vec2<u32>, at: u32, count: u32) -> u32 {
     return bits & (0xffffffffu >> (32u - count));
 }
 
+// Coefficients from the lowest frequency on, in negabinary: planes from the highest down, until a block's bits end.
 fn zfp_coefficients(place: vec2<u32>) -> array<u32, 64> {
     var out: array<u32, 64>;
     var at = 9u;
@@ -32,41 +33,37 @@ fn zfp_coefficients(place: vec2<u32>) -> array<u32, 64> {
     while plane > 0u && at < zfp_block_bits {
         plane--;
         let known = min(reached, zfp_block_bits - at);
-        var low = zfp_take(place, at, min(known, 32u));
-        var high = zfp_take(place, at + 32u, max(known, 32u) - 32u);
+        for (var first = 0u; first < known; first += 32u) {
+            var bits = zfp_take(place, at + first, min(known - first, 32u));
+            while bits != 0u {
+                out[first + firstTrailingBit(bits)] |= 1u << plane;
+                bits &= bits - 1u;
+            }
+        }
         at += known;
+        var announced = false;
         while at < zfp_block_bits && reached < 64u {
-            at++;
-            if zfp_take(place, at - 1u, 1u) == 0u {
-                break;
-            }
-            var searched = false;
-            while !searched {
-                // The last coefficient needs no bit: the test has told it.
-                let span = min(min(zfp_block_bits - at, 63u - reached), 32u);
-                let found = zfp_take(place, at, span);
-                let zeros = select(firstTrailingBit(found), span, found == 0u);
-                reached += zeros;
-                at += zeros;
-                searched = zeros < span || span < 32u;
-                if zeros < span {
-                    at++;
+            let width = min(zfp_block_bits - at, 32u);
+            var window = zfp_take(place, at, width);
+            var span = width;
+            if !announced {
+                at++;
+                if (window & 1u) == 0u {
+                    break;
                 }
+                window >>= 1u;
+                span--;
             }
-            if reached < 32u {
-                low |= 1u << reached;
-            } else {
-                high |= 1u << (reached - 32u);
+            // The last coefficient needs no bit: the test has told it.
+            span = min(span, 63u - reached);
+            let zeros = min(firstTrailingBit(window), span);
+            reached += zeros;
+            at += zeros + select(0u, 1u, zeros < span);
+            announced = zeros == span && at < zfp_block_bits && reached < 63u;
+            if !announced {
+                out[reached] |= 1u << plane;
+                reached++;
             }
-            reached++;
-        }
-        while low != 0u {
-            out[firstTrailingBit(low)] |= 1u << plane;
-            low &= low - 1u;
-        }
-        while high != 0u {
-            out[32u + firstTrailingBit(high)] |= 1u << plane;
-            high &= high - 1u;
         }
     }
     return out;
@@ -103,10 +100,11 @@ fn zfp_place(block: vec3<u32>, channel: u32) -> vec2<u32> {
 fn zfp_block(block: vec3<u32>, channel: u32) -> zfp_Block {
     let place = zfp_place(block, channel);
     var out: zfp_Block;
-    if zfp_take(place, 0u, 1u) == 0u {
+    let header = zfp_take(place, 0u, 9u);
+    if (header & 1u) == 0u {
         return out;
     }
-    out.exponent = zfp_take(place, 1u, 8u);
+    out.exponent = header >> 1u;
     let c = zfp_coefficients(place);
     out.columns[0] = zfp_column(c[0], c[3], c[9], c[19]);
     out.columns[1] = zfp_column(c[1], c[5], c[15], c[30]);
