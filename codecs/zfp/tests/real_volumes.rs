@@ -41,7 +41,7 @@ fn measured(name: &str, volume: &FiniteVolume, rate: &str, peer: f64) -> (f64, f
     // The bound is that of values that are not clamped.
     assert!(error.max_abs_error <= bound, "{name} {rate}: {} of {bound}", error.max_abs_error);
     println!(
-        "| {name} | {rate} | {bits:.4} | {:.3} | {peer:.3} | {:+.3} | {bound:.5} | {encoded:.2} | {seconds:.2} |",
+        "| {name} | {rate} | {bits:.4} | {:.3} | {peer:.3} | {:+.3} | {bound:.6} | {encoded:.2} | {seconds:.2} |",
         error.psnr_db,
         error.psnr_db - peer
     );
