@@ -21,6 +21,7 @@ pub fn codecs() -> Result<Registry, RegistryError> {
         cvr_s3dc::codec(),
         cvr_tvq::codec(),
         cvr_vq::codec(),
+        cvr_zfp::codec(),
     ];
     for codec in all {
         registry.register(codec)?;

@@ -53,8 +53,9 @@ fn every_configuration_resolves() {
         ("tvq-decode-speed", 8, 0),
         ("tvq-progressive", 32, 0),
         ("tvq-rate-distortion", 20, 0),
-        ("volumes", 120, 0),
+        ("volumes", 144, 0),
         ("vq", 24, 0),
+        ("zfp", 56, 24),
     ];
     assert_eq!(counts, expected.map(|(name, cells, refused)| (name.to_owned(), cells, refused)));
 }

@@ -348,6 +348,7 @@ fn ranges_hold_every_decoded_value() {
             "external" => ("sample", ["native", "f32", "native"]),
             "hvq" => ("detail_codewords", ["2", "16", "300"]),
             "tvq" => ("index_bits", ["0", "4", "8"]),
+            "zfp" => ("rate", ["0.140625", "1.1", "8"]),
             _ => ("block", ["3x5x2", "4", "16"]),
         };
         for choice in choices {

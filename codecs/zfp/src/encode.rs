@@ -1,0 +1,199 @@
+//! The encoder: rows of blocks in parallel, each block filled up and coded on its own.
+
+use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
+use cvr_core::container::StreamWriter;
+use cvr_core::volume::{BrickSource, Extent, FrameIndex, Region};
+use rayon::prelude::*;
+
+use crate::BLOCKS;
+use crate::decode::decoded;
+use crate::geometry::{EDGE, Geometry, Parameters, SAMPLES};
+use crate::measure::Measured;
+use crate::planes::BlockBits;
+
+/// Encodes at one rate.
+#[derive(Debug)]
+pub struct ZfpEncoder {
+    pub block_bits: u32,
+}
+
+impl Encoder for ZfpEncoder {
+    fn encode(
+        &mut self,
+        source: &dyn BrickSource,
+        out: &mut dyn StreamWriter,
+        run: &Progress<'_>,
+    ) -> Result<EncodeReport, EncodeError> {
+        let layout = source.layout().clone();
+        let geometry = Geometry::of(&layout, self.block_bits);
+        let mut measured = Measured::NOTHING;
+        for frame in (0..layout.frames).map(FrameIndex) {
+            for channel in 0..layout.channels {
+                let mut joined = Joined::default();
+                for bz in 0..geometry.grid.z() {
+                    let code = |by| code_row(source, &geometry, frame, channel, [by, bz]);
+                    let rows = (0..geometry.grid.y()).into_par_iter().map(code);
+                    for (blocks, row) in rows.collect::<Result<Vec<_>, EncodeError>>()? {
+                        blocks.iter().for_each(|block| joined.append(block.words(), self.block_bits));
+                        measured = measured.and(row);
+                    }
+                    out.append_words(BLOCKS, &joined.whole())?;
+                    // A voxel is done with its last channel.
+                    let slices = EDGE.min(layout.extent.z() - bz * EDGE);
+                    let voxels =
+                        u64::from(slices) * u64::from(layout.extent.x()) * u64::from(layout.extent.y());
+                    run.advance(if channel + 1 == layout.channels { voxels } else { 0 })?;
+                }
+                out.append_words(BLOCKS, &joined.end())?;
+            }
+        }
+        out.shape(BLOCKS, &geometry.shape(layout.frames))?;
+        let parameters = Parameters {
+            block_bits: self.block_bits,
+            grid: geometry.grid.to_array(),
+            range: measured.range(),
+        };
+        out.parameters_of(&parameters)?;
+        Ok(EncodeReport { error_bound: Some(measured.error), notes: Vec::new() })
+    }
+}
+
+/// Codes a row of blocks along x, and decodes it again.
+fn code_row(
+    source: &dyn BrickSource,
+    g: &Geometry,
+    frame: FrameIndex,
+    channel: u32,
+    [by, bz]: [u32; 2],
+) -> Result<(Vec<BlockBits>, Measured), EncodeError> {
+    let [width, height, depth] = g.extent.to_array();
+    let origin = [0, by * EDGE, bz * EDGE];
+    let cut = |from: u32, end: u32| EDGE.min(end - from);
+    let extent = Extent::new(width, cut(origin[1], height), cut(origin[2], depth))
+        .map_err(|e| EncodeError::Unsupported(e.to_string()))?;
+    let mut samples = vec![0.0; extent.voxels() as usize * g.channels as usize];
+    source.read(frame, Region { origin, extent }, &mut samples)?;
+    let integers = source.layout().sample.is_integer();
+    let mut blocks = Vec::with_capacity(g.grid.x() as usize);
+    let mut measured = Measured::NOTHING;
+    for bx in 0..g.grid.x() {
+        let there = [cut(bx * EDGE, width), extent.y(), extent.z()].map(|n| n as usize);
+        let mut values = [0.0; SAMPLES];
+        for z in 0..there[2] {
+            for y in 0..there[1] {
+                let first = extent.index([bx * EDGE, y as u32, z as u32]) * g.channels as usize;
+                let row = samples[first + channel as usize..].iter().step_by(g.channels as usize);
+                let to = &mut values[z * 16 + y * 4..][..there[0]];
+                to.iter_mut().zip(row).for_each(|(to, value)| *to = *value);
+            }
+        }
+        fill(&mut values, there);
+        let bits = BlockBits::of(&values, g.block_bits);
+        let back = decoded(bits.words(), g.block_bits);
+        for i in (0..SAMPLES).filter(|i| [i & 3, i >> 2 & 3, i >> 4].iter().zip(there).all(|(i, n)| *i < n)) {
+            measured.add(values[i], back[i], integers);
+        }
+        blocks.push(bits);
+    }
+    Ok((blocks, measured))
+}
+
+/// Fills a block up of which there are `there` voxels along x, y and z, axis by axis: beyond the last come the last again, and
+/// the first in the fourth place.
+fn fill(values: &mut [f32; SAMPLES], there: [usize; 3]) {
+    for (stride, n) in [1, 4, 16].into_iter().zip(there) {
+        for place in n..4 {
+            let from = if place == 3 { 0 } else { place - 1 };
+            for i in (0..SAMPLES).filter(|i| i / stride % 4 == place) {
+                values[i] = values[i - (place - from) * stride];
+            }
+        }
+    }
+}
+
+/// Blocks of bits one behind the other, without gaps.
+#[derive(Default)]
+struct Joined {
+    words: Vec<u32>,
+    /// Bits of the last word that are taken; 0 where it is full.
+    taken: u32,
+    /// Words that were handed on, modulo 2.
+    odd: bool,
+}
+
+impl Joined {
+    fn append(&mut self, bits: &[u32], count: u32) {
+        for (word, left) in bits.iter().zip((1..=count).rev().step_by(32)) {
+            match self.words.last_mut() {
+                Some(last) if self.taken > 0 => {
+                    *last |= word << self.taken;
+                    // What the last word has no room for.
+                    if left.min(32) > 32 - self.taken {
+                        self.words.push(word >> (32 - self.taken));
+                    }
+                }
+                _ => self.words.push(*word),
+            }
+            self.taken = (self.taken + left.min(32)) % 32;
+        }
+    }
+
+    /// The words that are full.
+    fn whole(&mut self) -> Vec<u32> {
+        let full = self.words.len() - usize::from(self.taken > 0);
+        let rest = self.words.split_off(full);
+        self.odd ^= full % 2 == 1;
+        std::mem::replace(&mut self.words, rest)
+    }
+
+    /// All that is left, up to a whole number of words of 64 bits.
+    fn end(mut self) -> Vec<u32> {
+        if self.odd != (self.words.len() % 2 == 1) {
+            self.words.push(0);
+        }
+        self.words
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_follow_each_other_without_gaps() {
+        for count in [9_u32, 31, 32, 33, 64, 70, 96, 100] {
+            let mut joined = Joined::default();
+            let bit =
+                |block: u32, i: u32| block.wrapping_mul(2_654_435_761).wrapping_add(i * i * 40_503) >> 7 & 1;
+            let mut words = Vec::new();
+            for block in 0..50 {
+                let mut own = vec![0; count.div_ceil(32) as usize];
+                (0..count).for_each(|i| own[(i / 32) as usize] |= bit(block, i) << (i % 32));
+                joined.append(&own, count);
+                if block % 7 == 3 {
+                    words.extend(joined.whole());
+                }
+            }
+            words.extend(joined.end());
+            assert_eq!(words.len() as u32, (50 * count).div_ceil(64) * 2, "{count}");
+            for (at, (block, i)) in (0..50).flat_map(|b| (0..count).map(move |i| (b, i))).enumerate() {
+                assert_eq!(words[at / 32] >> (at % 32) & 1, bit(block, i), "{count}: {block} {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_cut_block_is_filled_up_axis_by_axis() {
+        let line = |n: usize| {
+            let mut values = [0.0; SAMPLES];
+            (0..n).for_each(|x| values[x] = x as f32 + 1.0);
+            fill(&mut values, [n, 1, 1]);
+            assert!((4..SAMPLES).all(|i| values[i] == values[i % 4]));
+            [0, 1, 2, 3].map(|x| values[x])
+        };
+        assert_eq!(line(1), [1.0, 1.0, 1.0, 1.0]);
+        assert_eq!(line(2), [1.0, 2.0, 2.0, 1.0]);
+        assert_eq!(line(3), [1.0, 2.0, 3.0, 1.0]);
+        assert_eq!(line(4), [1.0, 2.0, 3.0, 4.0]);
+    }
+}

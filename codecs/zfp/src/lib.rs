@@ -1,0 +1,67 @@
+//! Fixed-rate zfp: blocks of 4³ voxels, each a transform coded to as many bits as every other.
+//!
+//! After P. Lindstrom, IEEE Transactions on Visualization and Computer Graphics 20 (12), 2014, and the description of
+//! the algorithm in zfp's documentation. The stream and where it departs from zfp stand in this crate's README.md.
+
+pub mod decode;
+mod decoder;
+mod encode;
+mod geometry;
+mod lift;
+mod measure;
+mod planes;
+
+use std::sync::Arc;
+
+use cvr_core::codec::{
+    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind, Settings, Site,
+};
+use cvr_core::container::EncodedVolume;
+
+pub use geometry::{Geometry, Parameters, block_bits};
+
+/// Tensor and shader resource: the bits of all blocks.
+const BLOCKS: &str = "blocks";
+
+static INFO: CodecInfo = CodecInfo {
+    id: "zfp",
+    summary: "blocks of 4³ voxels under one exponent, transformed, bit plane by bit plane to a fixed rate",
+    stream_version: 1,
+    sites: &[Site::Inline, Site::Host],
+    fetch_cell: true,
+    paper: Some(Paper {
+        authors: "P. Lindstrom",
+        title: "Fixed-Rate Compressed Floating-Point Arrays",
+        venue: "IEEE Transactions on Visualization and Computer Graphics 20 (12), 2014",
+    }),
+    settings: &[Setting {
+        name: "rate",
+        doc: "bits per sample, rounded to whole bits of a block of 64 samples: steps of 1/64, halves upwards",
+        kind: SettingKind::Float { min: geometry::LOWEST_RATE, max: geometry::HIGHEST_RATE },
+        default: "4",
+    }],
+};
+
+/// The codec `zfp`.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct Zfp;
+
+/// The codec, as a registry takes it.
+#[must_use]
+pub fn codec() -> Arc<dyn Codec> {
+    Arc::new(Zfp)
+}
+
+impl Codec for Zfp {
+    fn info(&self) -> &CodecInfo {
+        &INFO
+    }
+
+    fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
+        Ok(Box::new(encode::ZfpEncoder { block_bits: block_bits(settings.float("rate")?) }))
+    }
+
+    fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
+        Ok(Box::new(decoder::ZfpDecoder::new(&volume)?))
+    }
+}

@@ -1,0 +1,78 @@
+//! Streams of every version so far, which must decode for ever to what they decoded to when they were kept.
+//!
+//! A stream that is kept is never written again. To keep one more, add it to the list and run with `CVR_BLESS=1`: the
+//! file is written where there is none, and the test prints its checksum.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
+
+use cvr_codec_tests::kept::{checksums, compare, open, path, with_flipped};
+use cvr_core::codec::Settings;
+use cvr_core::container::EncodedVolume;
+use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
+use cvr_zfp::Zfp;
+
+/// A stream that is kept.
+struct Kept {
+    name: &'static str,
+    version: u32,
+    /// CRC-32C of all decoded samples, as little-endian singles, frame after frame.
+    crc32c: [u32; 1],
+    /// What it was made from.
+    made: fn() -> (Settings, FiniteVolume),
+}
+
+const KEPT: [Kept; 2] = [
+    // Blocks of 70 bits, so that none but the first begins with a word; cut blocks.
+    Kept {
+        name: "v1-f32-70-bits",
+        version: 1,
+        crc32c: [0xa076_9084],
+        made: || made("1.1", SampleType::F32, 1, 1),
+    },
+    // Colours and frames.
+    Kept {
+        name: "v1-rgb-frames",
+        version: 1,
+        crc32c: [0x81ba_a281],
+        made: || made("4", SampleType::I16, 3, 2),
+    },
+];
+
+fn made(rate: &str, sample: SampleType, channels: u32, frames: u32) -> (Settings, FiniteVolume) {
+    let extent = Extent::new(13, 7, 5).unwrap();
+    let layout = VolumeLayout { channels, frames, ..VolumeLayout::scalar(extent, sample) };
+    let value = |i: u64| ((i as u32).wrapping_mul(0x9e37_79b9) >> 18) as i16 - 7000;
+    let values = (0..layout.samples()).map(value);
+    let samples = match sample {
+        SampleType::F32 => Samples::F32(values.map(|v| f32::from(v) * 0.123).collect()),
+        _ => Samples::I16(values.collect()),
+    };
+    let settings = cvr_codec_tests::settings(&[("rate", rate)]);
+    (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
+}
+
+/// Stages from which a stream is decoded, one after the other.
+const STAGES: [u8; 1] = [u8::MAX];
+
+fn stream(kept: &Kept) -> EncodedVolume {
+    open(&Zfp, &path(env!("CARGO_MANIFEST_DIR"), kept.name), kept.made)
+}
+
+#[test]
+fn streams_that_were_kept_decode_to_what_they_did() {
+    let mut problems = Vec::new();
+    for kept in &KEPT {
+        let stream = stream(kept);
+        assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
+        problems.extend(compare(kept.name, checksums(&Zfp, stream, STAGES), kept.crc32c).err());
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// The checksum notices one bit.
+#[test]
+fn another_bit_has_another_checksum() {
+    let kept = &KEPT[0];
+    let changed = with_flipped(&Zfp, &stream(kept), "blocks", 1);
+    assert_ne!(checksums(&Zfp, changed, STAGES), kept.crc32c);
+}
