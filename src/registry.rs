@@ -14,7 +14,14 @@ use crate::input::Generator;
 /// When two share an id: a mistake in this list.
 pub fn codecs() -> Result<Registry, RegistryError> {
     let mut registry = Registry::default();
-    for codec in [cvr_hvq::codec(), cvr_raw::codec(), cvr_s3dc::codec(), cvr_tvq::codec(), cvr_vq::codec()] {
+    for codec in [
+        cvr_bc4::codec(),
+        cvr_hvq::codec(),
+        cvr_raw::codec(),
+        cvr_s3dc::codec(),
+        cvr_tvq::codec(),
+        cvr_vq::codec(),
+    ] {
         registry.register(codec)?;
     }
     Ok(registry)
