@@ -103,6 +103,17 @@ impl Trial {
         self.encoded.decoder.decoded_form().format.bytes() as u64 * channels
     }
 
+    /// Bytes for each voxel of the texture at the site *host*: of blocks where the target takes those of the codec, else
+    /// of texels.
+    #[must_use]
+    pub fn host_bytes_per_voxel(&self, target: &Target) -> f64 {
+        let decoder = self.encoded.decoder.as_ref();
+        match target.blocks(decoder, (FrameIndex::FIRST, self.encoded.level)) {
+            Some(Ok(blocks)) => (blocks.words.len() * 4) as f64 / decoder.layout().extent.voxels() as f64,
+            _ => self.texel_bytes() as f64,
+        }
+    }
+
     /// Bytes for each voxel of the buffers from which a shader decodes; 0 of a codec that has none.
     ///
     /// # Errors
@@ -124,7 +135,7 @@ impl Trial {
         let (index, level) = (FrameIndex::FIRST, cell.level());
         let frame = self.encoded.frame(index)?;
         let decoded = match cell.site {
-            Site::Host => target.upload(decoder, frame).map(Decoded::Host),
+            Site::Host => target.upload(decoder, (index, level), frame).map(Decoded::Host),
             Site::Ring => Ok(Decoded::Ring(frame.clone())),
             Site::Deferred => {
                 target.decode(&cell.codec, decoder, (index, level), &frame).map(Decoded::Deferred)

@@ -188,7 +188,10 @@ mod tests {
                 assert_eq!(super::level(words, texel as u32), level as u32);
                 let found = voxel(&NATIVE, words, texel as u32);
                 let exact = f64::from(level) / f64::from(PARTS);
-                assert!((f64::from(found) - exact).abs() <= exact * 1.5e-7, "{first} {second} {texel}: {found}");
+                assert!(
+                    (f64::from(found) - exact).abs() <= exact * 1.5e-7,
+                    "{first} {second} {texel}: {found}"
+                );
                 if level % PARTS as i16 == 0 {
                     assert_eq!(f64::from(found), exact, "{first} {second} {texel}");
                 }

@@ -7,9 +7,7 @@ use cvr_core::codec::{
     Resource, ShaderDecode, TexelFormat, WgslModule, check_key, check_stream, decode_region,
 };
 use cvr_core::container::{Element, EncodedVolume, Tensor};
-use cvr_core::volume::{
-    BrickKey, FrameIndex, Level, ReferenceFrames, Region, ValueRange, VolumeLayout,
-};
+use cvr_core::volume::{BrickKey, FrameIndex, Level, ReferenceFrames, Region, ValueRange, VolumeLayout};
 
 use crate::block::{EDGE, Ends, PARTS};
 use crate::decode::{Frame, PART, index, level, value};

@@ -42,7 +42,8 @@ impl Encoder for Bc4Encoder {
         for frame in (0..layout.frames).map(FrameIndex) {
             for first in (0..layout.extent.z()).step_by(SLAB as usize) {
                 let slices = first..layout.extent.z().min(first + SLAB);
-                let voxels = slices.len() as u64 * u64::from(layout.extent.x()) * u64::from(layout.extent.y());
+                let voxels =
+                    slices.len() as u64 * u64::from(layout.extent.x()) * u64::from(layout.extent.y());
                 for (planes, error) in rows.slab(frame, slices)? {
                     out.append_words(BLOCKS, &planes)?;
                     error_bound = error_bound.max(error);
@@ -77,9 +78,8 @@ impl RowEncoder<'_> {
         let encoded: Vec<(Vec<u32>, f64)> = encoded.collect::<Result<_, EncodeError>>()?;
         let slice = |rows: &[(Vec<u32>, f64)]| {
             let row_words = 2 * self.geometry.grid[0] as usize;
-            let plane = |c: usize| {
-                rows.iter().flat_map(move |(words, _)| &words[c * row_words..(c + 1) * row_words])
-            };
+            let plane =
+                |c: usize| rows.iter().flat_map(move |(words, _)| &words[c * row_words..(c + 1) * row_words]);
             let planes = (0..self.geometry.channels as usize).flat_map(plane).copied().collect();
             (planes, rows.iter().map(|(_, error)| *error).fold(0.0, f64::max))
         };

@@ -50,7 +50,9 @@ fn ends_of_range(wanted: &Wanted) -> Ends {
 }
 
 fn bounds(wanted: impl Iterator<Item = i16>) -> Option<(i16, i16)> {
-    wanted.fold(None, |range, w| Some(range.map_or((w, w), |(low, high): (i16, i16)| (low.min(w), high.max(w)))))
+    wanted.fold(None, |range, w| {
+        Some(range.map_or((w, w), |(low, high): (i16, i16)| (low.min(w), high.max(w))))
+    })
 }
 
 /// Squared error of a block whose voxels take their nearest levels: at most 16 · 8925², which 32 bits hold.
@@ -112,7 +114,8 @@ fn search(wanted: &Wanted, range: Ends) -> Ends {
     for (below, above) in margins.into_iter().flat_map(|below| margins.map(|above| (below, above))) {
         let inner = wanted.iter().copied().filter(|w| below < *w && *w < TOP - above);
         let (low, high) = bounds(inner).unwrap_or((0, 0));
-        let ends = Ends([low / PARTS as i16, (high + PARTS as i16 - 1) / PARTS as i16].map(|code| code as u8));
+        let ends =
+            Ends([low / PARTS as i16, (high + PARTS as i16 - 1) / PARTS as i16].map(|code| code as u8));
         if best.error > 0 && !before.contains(&ends) {
             best = best.or(in_mode(wanted, ends));
             before.push(ends);

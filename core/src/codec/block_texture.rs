@@ -29,12 +29,13 @@ impl BlockFormat {
         }
     }
 
-    /// By how much a texture unit may be off, as a share of the range: no format here is specified to the bit. Texture
-    /// units may yield levels between endpoints in no more than 8 bits, and cut what is left.
+    /// By how much a texture unit may be off, as a share of the range: no format here is specified to the bit. Of BC4 a
+    /// level between endpoints is the sum of two shares of them; llvmpipe cuts each to 8 bits, and so falls below it by up
+    /// to two 255ths.
     #[must_use]
     pub const fn tolerance(self) -> f64 {
         match self {
-            Self::Bc4 => 1.0 / 255.0,
+            Self::Bc4 => 2.0 / 255.0,
         }
     }
 
@@ -82,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn one_step_of_8_bits_is_allowed_and_no_more() {
+    fn two_steps_of_8_bits_are_allowed_and_no_more() {
         let blocks = BlockTexture {
             format: BlockFormat::Bc4,
             words: Cow::Borrowed(&[]),
@@ -90,7 +91,7 @@ mod tests {
             offset: -100.0,
         };
         let agreement = blocks.agreement();
-        assert!(agreement.allows(7.0, 9.0, None) && agreement.allows(9.0, 7.0, None));
-        assert!(!agreement.allows(7.0, 9.01, None) && !agreement.allows(7.0, f32::NAN, None));
+        assert!(agreement.allows(7.0, 11.0, None) && agreement.allows(11.0, 7.0, None));
+        assert!(!agreement.allows(7.0, 11.01, None) && !agreement.allows(7.0, f32::NAN, None));
     }
 }

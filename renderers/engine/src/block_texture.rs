@@ -37,7 +37,8 @@ impl VolumeTexture {
         let capabilities = device.capabilities();
         capabilities.blocks(format, layout.channels).map_err(|e| EngineError::Unsupported(e.to_string()))?;
         let [width, height, depth] = format.padded(layout.extent);
-        let padded = Extent::new(width, height, depth).map_err(|e| EngineError::Unsupported(e.to_string()))?;
+        let padded =
+            Extent::new(width, height, depth).map_err(|e| EngineError::Unsupported(e.to_string()))?;
         capabilities.check_edges(padded)?;
         let bytes: &[u8] = bytemuck::cast_slice(&blocks.words);
         let wanted = block_bytes(format, layout.extent);

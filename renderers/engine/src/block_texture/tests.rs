@@ -64,13 +64,13 @@ fn every_voxel_comes_from_its_block() {
 #[test]
 fn levels_are_within_the_tolerance() {
     let Some(device) = capable("block_texture::levels") else { return };
-    let ends: Vec<[u32; 2]> = (0..4096).map(|i| [i * 2_654_435_761 >> 3 & 255, i * 40_503 >> 5 & 255]).collect();
+    let ends: Vec<[u32; 2]> = (0..4096_u32)
+        .map(|i| [i.wrapping_mul(0x9e37_79b9) >> 24, i.wrapping_mul(0x85eb_ca6b) >> 24])
+        .collect();
     // The indices 0 to 7 twice.
     let indices = (0..16_u64).map(|i| (i % 8) << (3 * i)).sum::<u64>() << 16;
-    let words: Vec<u32> = ends
-        .iter()
-        .flat_map(|[a, b]| [a | b << 8 | indices as u32, (indices >> 32) as u32])
-        .collect();
+    let words: Vec<u32> =
+        ends.iter().flat_map(|[a, b]| [a | b << 8 | indices as u32, (indices >> 32) as u32]).collect();
     let layout = layout([256, 256, 1], 1);
     let blocks = BlockTexture { scale: 255.0, offset: 0.0, ..texture(&words) };
     let read = VolumeTexture::upload_blocks(device, &layout, &blocks).unwrap().read(device).unwrap();
