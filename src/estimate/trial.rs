@@ -280,6 +280,11 @@ mod tests {
         // 4 bits of index, and two ends for a block of 16³.
         assert!((s3dc.buffer_bytes_per_voxel().unwrap() - 0.5).abs() < 0.01);
         assert!(s3dc.encode_seconds_per_voxel() > 0.0 && s3dc.decode_seconds_per_voxel() > 0.0);
+        // Half a byte in blocks where the target takes such; decoded, 16 bits.
+        let bc4 = names.codecs().get("bc4").unwrap().info().default_settings();
+        let bc4 = trials.of("bc4", &bc4, &layout).unwrap();
+        assert_eq!(bc4.buffer_bytes_per_voxel().unwrap(), 0.5);
+        assert_eq!(bc4.host_bytes_per_voxel(&Target::Cpu { reason: None }), 2.0);
         assert!(trials.of("none", &Settings::default(), &layout).is_err());
     }
 }
