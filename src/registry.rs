@@ -15,6 +15,7 @@ use crate::input::Generator;
 pub fn codecs() -> Result<Registry, RegistryError> {
     let mut registry = Registry::default();
     let all = [
+        cvr_bc4::codec(),
         cvr_external::codec(),
         cvr_hvq::codec(),
         cvr_raw::codec(),

@@ -6,6 +6,7 @@
 mod haar;
 
 mod device {
+    mod block_texture;
     mod colour;
     mod deferred;
     mod frame_passes;

@@ -55,6 +55,8 @@ templates! {
     FILTER_LINEAR_CELL = "filter/linear_cell.wgsl";
     /// Trilinear by the texture unit.
     FILTER_HARDWARE = "filter/hardware.wgsl";
+    /// Trilinear by the texture unit, from a texture that reaches beyond the volume.
+    FILTER_HARDWARE_PADDED = "filter/hardware_padded.wgsl";
     /// Trilinear by the texture unit, from a ring of layers.
     FILTER_HARDWARE_RING = "filter/hardware_ring.wgsl";
     /// Voxels from a ring of layers.

@@ -204,7 +204,7 @@ fn print_estimates(
     if left_out > 0 {
         say!("  {left_out} cells are left out, whose volumes are not known here");
     }
-    match memory::estimate(resolution, names, &mut trials, &layout_of) {
+    match memory::estimate(resolution, names, &mut trials, &target, &layout_of) {
         Ok(memory) => {
             say!("  memory  {} in main memory", bytes(memory.main_bytes));
             if let Target::Device(_) = target {

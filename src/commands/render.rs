@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     check_range(range).map_err(BadInput)?;
     let target = Target::open(&args.device)?;
     let decoded = match args.site {
-        Site::Host => Decoded::Host(target.upload(decoder.as_ref(), frame)?),
+        Site::Host => Decoded::Host(target.upload(decoder.as_ref(), (index, level), frame)?),
         Site::Ring => Decoded::Ring(frame),
         Site::Deferred => {
             Decoded::Deferred(target.decode(&codec, decoder.as_ref(), (index, level), &frame)?)

@@ -103,7 +103,7 @@ fn text(
     plan: &Plan,
 ) -> Result<String, BadInput> {
     let form = decoder.decoded_form();
-    let texture = Source::Texture { form, sampling: TextureSampling::Hardware };
+    let texture = Source::Texture { form, sampling: TextureSampling::Hardware, padded: None };
     let limits = BindingLimits::default();
     let mut texts = Vec::new();
     let key = (FrameIndex::FIRST, level);

@@ -6,6 +6,7 @@ use cvr_core::volume::VolumeLayout;
 
 use super::Trials;
 use crate::experiment::stage::RAW;
+use crate::experiment::target::Target;
 use crate::registry::Names;
 
 /// What is counted, as a sentence for whoever reads the figures.
@@ -26,11 +27,13 @@ pub struct Memory {
 /// What a codec with its settings holds for a volume: stream and frame, and at each site.
 struct Held {
     main: f64,
+    /// At the site *host*.
+    host: f64,
     texture: f64,
     buffers: f64,
 }
 
-/// The height over all cells whose volume has a layout. `layout_of` gives a volume's layout by its name.
+/// The height over all cells whose volume has a layout, were `target` to draw. `layout_of` gives a volume's layout by its name.
 ///
 /// # Errors
 /// A sentence, when a trial fails.
@@ -38,6 +41,7 @@ pub fn estimate<'l>(
     resolution: &Resolution,
     names: &Names,
     trials: &mut Trials<'_>,
+    target: &Target,
     layout_of: &dyn Fn(&str) -> Option<&'l VolumeLayout>,
 ) -> Result<Memory, String> {
     let raw_settings = names.codecs().get(RAW).map_err(|e| e.to_string())?.info().default_settings();
@@ -49,8 +53,8 @@ pub fn estimate<'l>(
         if !originals.iter().any(|(name, _)| *name == first.volume) {
             originals.push((&first.volume, layout.bytes()));
         }
-        let raw = held(trials, RAW, &raw_settings, layout)?;
-        let own = held(trials, &first.codec, &first.settings, layout)?;
+        let raw = held(trials, target, RAW, &raw_settings, layout)?;
+        let own = held(trials, target, &first.codec, &first.settings, layout)?;
         main = main.max(raw.main + own.main);
         let at_once = |cell: &Cell| match cell.site {
             Site::Inline => own.buffers,
@@ -59,7 +63,7 @@ pub fn estimate<'l>(
                 let shortest = layout.extent.to_array().into_iter().min().unwrap_or(1);
                 own.buffers + own.texture * 5.0 / f64::from(shortest)
             }
-            Site::Host => own.texture,
+            Site::Host => own.host,
             _ => own.texture + own.buffers,
         };
         let largest = group.iter().map(at_once).fold(0.0, f64::max);
@@ -71,6 +75,7 @@ pub fn estimate<'l>(
 
 fn held(
     trials: &mut Trials<'_>,
+    target: &Target,
     codec: &str,
     settings: &Settings,
     layout: &VolumeLayout,
@@ -80,6 +85,7 @@ fn held(
     Ok(Held {
         main: trial.stream_bytes_per_voxel() * layout.voxels() as f64
             + layout.samples_per_frame() as f64 * size_of::<f32>() as f64,
+        host: in_frame * trial.host_bytes_per_voxel(target),
         texture: in_frame * trial.texel_bytes() as f64,
         buffers: in_frame * trial.buffer_bytes_per_voxel()?,
     })
@@ -108,9 +114,10 @@ mod tests {
         };
         let layout = VolumeLayout::scalar(Extent::cube(64).unwrap(), SampleType::U8);
         let mut trials = Trials::new(&names);
+        let cpu = Target::Cpu { reason: None };
         let mut memory = |sites: &str| {
             let layout_of = |name: &str| (name == "rings").then_some(&layout);
-            estimate(&set(sites), &names, &mut trials, &layout_of).unwrap()
+            estimate(&set(sites), &names, &mut trials, &cpu, &layout_of).unwrap()
         };
         let voxels = (64.0_f64).powi(3);
         // Original; raw's stream and frame; the larger of the other streams and frames; heads of files besides.
@@ -123,7 +130,7 @@ mod tests {
             let device = memory(sites).device_bytes as f64 / voxels;
             assert!((bytes..bytes + 0.1).contains(&device), "{sites}: {device}");
         }
-        let none = estimate(&set("inline"), &names, &mut Trials::new(&names), &|_| None).unwrap();
+        let none = estimate(&set("inline"), &names, &mut Trials::new(&names), &cpu, &|_| None).unwrap();
         assert_eq!(none, Memory::default());
     }
 }

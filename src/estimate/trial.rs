@@ -103,6 +103,17 @@ impl Trial {
         self.encoded.decoder.decoded_form().format.bytes() as u64 * channels
     }
 
+    /// Bytes for each voxel of the texture at the site *host*: of blocks where the target takes those of the codec, else
+    /// of texels.
+    #[must_use]
+    pub fn host_bytes_per_voxel(&self, target: &Target) -> f64 {
+        let decoder = self.encoded.decoder.as_ref();
+        match target.blocks(decoder, (FrameIndex::FIRST, self.encoded.level)) {
+            Some(Ok(blocks)) => (blocks.words.len() * 4) as f64 / decoder.layout().extent.voxels() as f64,
+            _ => self.texel_bytes() as f64,
+        }
+    }
+
     /// Bytes for each voxel of the buffers from which a shader decodes; 0 of a codec that has none.
     ///
     /// # Errors
@@ -124,7 +135,7 @@ impl Trial {
         let (index, level) = (FrameIndex::FIRST, cell.level());
         let frame = self.encoded.frame(index)?;
         let decoded = match cell.site {
-            Site::Host => target.upload(decoder, frame).map(Decoded::Host),
+            Site::Host => target.upload(decoder, (index, level), frame).map(Decoded::Host),
             Site::Ring => Ok(Decoded::Ring(frame.clone())),
             Site::Deferred => {
                 target.decode(&cell.codec, decoder, (index, level), &frame).map(Decoded::Deferred)
@@ -269,6 +280,11 @@ mod tests {
         // 4 bits of index, and two ends for a block of 16³.
         assert!((s3dc.buffer_bytes_per_voxel().unwrap() - 0.5).abs() < 0.01);
         assert!(s3dc.encode_seconds_per_voxel() > 0.0 && s3dc.decode_seconds_per_voxel() > 0.0);
+        // Half a byte in blocks where the target takes such; decoded, 16 bits.
+        let bc4 = names.codecs().get("bc4").unwrap().info().default_settings();
+        let bc4 = trials.of("bc4", &bc4, &layout).unwrap();
+        assert_eq!(bc4.buffer_bytes_per_voxel().unwrap(), 0.5);
+        assert_eq!(bc4.host_bytes_per_voxel(&Target::Cpu { reason: None }), 2.0);
         assert!(trials.of("none", &Settings::default(), &layout).is_err());
     }
 }

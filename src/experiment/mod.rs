@@ -8,6 +8,7 @@ pub mod files;
 pub mod folder;
 pub mod frame_figures;
 pub mod frame_run;
+pub mod host;
 pub mod interrupt;
 pub mod key;
 pub mod latest;

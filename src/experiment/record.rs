@@ -96,7 +96,8 @@ pub struct Record {
     pub relative_frame_time_iqr: Option<f64>,
     /// Pairs that were timed.
     pub frame_pairs: Option<u32>,
-    /// Samples on which the generated shader and the CPU decoder disagree beyond the codec's statement.
+    /// Samples on which the generated shader, or a texture unit that decodes blocks, and the CPU decoder disagree beyond
+    /// what is stated of them.
     pub parity_mismatches: Option<u64>,
     /// NaN, infinite and subnormal samples replaced before encoding.
     pub replaced_samples: u64,

@@ -11,9 +11,10 @@ use cvr_core::volume::FrameIndex;
 
 use super::deferred::SharedDecode;
 use super::encoded::Encoded;
+use super::host::SharedUpload;
 use super::latest::Latest;
 use super::record::Record;
-use super::target::{Decoded, HostVolume, Target};
+use super::target::{Decoded, Target};
 
 /// Shared by the cells of one codec, its settings and a level, as long as one of them runs.
 pub struct Shared<'a> {
@@ -23,7 +24,7 @@ pub struct Shared<'a> {
     /// Whether a cell reads voxels through `fetch_cell`.
     use_cell: bool,
     parity: RefCell<BTreeMap<FrameIndex, Option<u64>>>,
-    host: Latest<HostVolume>,
+    host: Latest<SharedUpload>,
     deferred: Latest<SharedDecode>,
 }
 
@@ -55,9 +56,14 @@ impl<'a> Shared<'a> {
     pub fn decoded(&self, site: Site, frame: FrameIndex, record: &mut Record) -> Result<Decoded, String> {
         let decoder = self.encoded.decoder.as_ref();
         Ok(match site {
-            Site::Host => Decoded::Host(self.host.get(frame, || {
-                self.target.upload(decoder, self.encoded.frame(frame)?).map_err(|e| e.to_string())
-            })?),
+            Site::Host => {
+                let upload = self.host.get(frame, || {
+                    let key = (frame, self.encoded.level);
+                    SharedUpload::new(self.target, decoder, key, self.encoded.frame(frame)?)
+                        .map_err(|e| e.to_string())
+                })?;
+                Decoded::Host(upload.enter(record)?)
+            }
             Site::Ring => Decoded::Ring(self.encoded.frame(frame)?),
             Site::Deferred => {
                 let decode = self.deferred.get(frame, || {

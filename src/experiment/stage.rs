@@ -54,9 +54,10 @@ impl RawVolume {
         let decoder = self.encoded.decoder.as_ref();
         let text = |e: DrawError| e.to_string();
         let decoded = match site {
-            Site::Host => Decoded::Host(
-                self.host.get(frame, || target.upload(decoder, self.encoded.frame(frame)?).map_err(text))?,
-            ),
+            Site::Host => Decoded::Host(self.host.get(frame, || {
+                let key = (frame, self.encoded.level);
+                target.upload(decoder, key, self.encoded.frame(frame)?).map_err(text)
+            })?),
             Site::Ring => Decoded::Ring(self.encoded.frame(frame)?),
             Site::Deferred => Decoded::Deferred(self.deferred.get(frame, || {
                 target

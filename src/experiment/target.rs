@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use cvr_core::codec::{Decoder, Site};
+use cvr_core::codec::{BlockTexture, Decoder, Site};
 use cvr_core::render::{
     Blending, DecodedFrame, DecoderVoxels, Image, LayerPass, Pass, RenderError, Renderer, View,
 };
@@ -11,7 +11,8 @@ use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::FrameTime;
 use cvr_engine::{
-    Device, DeviceChoice, DrawSource, Drawing, EngineError, TextureFallback, VolumeTexture, process_cpu_time,
+    BlockFallback, Device, DeviceChoice, DrawSource, Drawing, EngineError, TextureFallback, VolumeTexture,
+    process_cpu_time,
 };
 
 use super::deferred::DeferredVolume;
@@ -98,19 +99,41 @@ impl Target {
         }
     }
 
-    /// Makes a decoded frame drawable at the site *host*.
+    /// Makes a frame at a level drawable at the site *host*: as the codec's blocks, where it has such as the device's
+    /// texture units decode, or as decoded by the CPU, which is what the mirror draws from.
     ///
     /// # Errors
     /// When the device cannot hold it.
-    pub fn upload(&self, decoder: &dyn Decoder, frame: Arc<DecodedFrame>) -> Result<HostVolume, DrawError> {
-        let texture = match self {
-            Self::Cpu { .. } => None,
-            Self::Device(device) => {
-                let form = decoder.decoded_form();
-                Some(Arc::new(VolumeTexture::upload(device, decoder.layout(), frame.values(), form)?))
-            }
+    pub fn upload(
+        &self,
+        decoder: &dyn Decoder,
+        key: (FrameIndex, Level),
+        frame: Arc<DecodedFrame>,
+    ) -> Result<HostVolume, DrawError> {
+        let Self::Device(device) = self else {
+            return Ok(HostVolume { frame, texture: None, fallback: None });
         };
-        Ok(HostVolume { frame, texture })
+        let (layout, form) = (decoder.layout(), decoder.decoded_form());
+        let (texture, fallback) = match self.blocks(decoder, key) {
+            Some(Ok(blocks)) => (VolumeTexture::upload_blocks(device, layout, &blocks)?, None),
+            Some(Err(reason)) => (VolumeTexture::upload(device, layout, frame.values(), form)?, Some(reason)),
+            None => (VolumeTexture::upload(device, layout, frame.values(), form)?, None),
+        };
+        Ok(HostVolume { frame, texture: Some(Arc::new(texture)), fallback })
+    }
+
+    /// The blocks of a frame at a level that this device's texture units decode, or why not; `None` where the codec has no
+    /// such blocks, and for the mirror.
+    #[must_use]
+    pub fn blocks<'d>(
+        &self,
+        decoder: &'d dyn Decoder,
+        (frame, level): (FrameIndex, Level),
+    ) -> Option<Result<BlockTexture<'d>, BlockFallback>> {
+        let Self::Device(device) = self else { return None };
+        let blocks = decoder.block_texture(frame, level)?;
+        let takes = device.capabilities().blocks(blocks.format, decoder.layout().channels);
+        Some(takes.map(|()| blocks))
     }
 
     /// Prepares a picture.
@@ -186,8 +209,10 @@ impl Target {
 /// A decoded frame, and its texture where a device draws.
 #[derive(Clone, Debug)]
 pub struct HostVolume {
-    frame: Arc<DecodedFrame>,
-    texture: Option<Arc<VolumeTexture>>,
+    pub(super) frame: Arc<DecodedFrame>,
+    pub(super) texture: Option<Arc<VolumeTexture>>,
+    /// Why the texture does not hold the codec's blocks, if it has such.
+    pub(super) fallback: Option<BlockFallback>,
 }
 
 /// What is decoded before a picture is drawn.

@@ -2,8 +2,12 @@
 
 use std::borrow::Cow;
 
-use cvr_core::codec::{Agreement, DecodeError, DecodedForm, Decoder, Resource, ShaderDecode, WgslModule};
-use cvr_core::volume::{BrickKey, Dependencies, FrameIndex, ReferenceFrames, ValueRange, VolumeLayout};
+use cvr_core::codec::{
+    Agreement, BlockTexture, DecodeError, DecodedForm, Decoder, Resource, ShaderDecode, WgslModule,
+};
+use cvr_core::volume::{
+    BrickKey, Dependencies, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout,
+};
 
 /// What is done to the shader; the CPU decoder stays as it is.
 #[derive(Clone, Debug)]
@@ -69,6 +73,15 @@ impl Decoder for Mutated {
 
     fn shader(&self) -> Option<&dyn ShaderDecode> {
         Some(self)
+    }
+
+    fn block_texture(&self, frame: FrameIndex, level: Level) -> Option<BlockTexture<'_>> {
+        let blocks = self.inner.block_texture(frame, level)?;
+        let words = match self.mutation {
+            Mutation::Bit { .. } => self.resources(frame).unwrap().remove(0).words,
+            Mutation::Snippet(_) => blocks.words,
+        };
+        Some(BlockTexture { words, ..blocks })
     }
 }
 

@@ -113,7 +113,7 @@ pub fn source<'a>(
     sampling: TextureSampling,
 ) -> Source<'a> {
     if matches!(site, Site::Deferred | Site::Host) {
-        return Source::Texture { form: decoder.decoded_form(), sampling };
+        return Source::Texture { form: decoder.decoded_form(), sampling, padded: None };
     }
     if site == Site::Ring {
         return Source::Ring { form: decoder.decoded_form(), sampling, axis: Axis::Z };

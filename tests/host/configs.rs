@@ -40,6 +40,7 @@ fn every_configuration_resolves() {
         counts.push((name, resolution.cells.len(), resolution.refused.len()));
     }
     let expected = [
+        ("bc4", 18, 6),
         ("compare", 60, 0),
         ("hvq", 20, 16),
         ("peers", 126, 0),

@@ -343,15 +343,16 @@ fn ranges_hold_every_decoded_value() {
     let names = Names::new().unwrap();
     let mut values = 0;
     for codec in names.codecs().iter() {
-        let (name, choices) = match codec.info().id {
-            "raw" => ("bits", ["native", "8", "half"]),
-            "external" => ("sample", ["native", "f32", "native"]),
-            "hvq" => ("detail_codewords", ["2", "16", "300"]),
-            "tvq" => ("index_bits", ["0", "4", "8"]),
-            "zfp" => ("rate", ["0.140625", "1.1", "8"]),
-            _ => ("block", ["3x5x2", "4", "16"]),
+        let (name, choices): (_, &[&str]) = match codec.info().id {
+            "raw" => ("bits", &["native", "8", "half"]),
+            "bc4" => ("quality", &["range", "search"]),
+            "external" => ("sample", &["native", "f32"]),
+            "hvq" => ("detail_codewords", &["2", "16", "300"]),
+            "tvq" => ("index_bits", &["0", "4", "8"]),
+            "zfp" => ("rate", &["0.140625", "1.1", "8"]),
+            _ => ("block", &["3x5x2", "4", "16"]),
         };
-        for choice in choices {
+        for &choice in choices {
             for sample in [SampleType::U8, SampleType::I16, SampleType::F32] {
                 let mut settings = Settings::default();
                 settings.set(name, choice.into());

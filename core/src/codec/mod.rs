@@ -1,6 +1,7 @@
 //! What a codec is: an encoder, a decoder, and a few lines of WGSL.
 
 mod block;
+mod block_texture;
 mod encode;
 mod encode_file;
 mod error;
@@ -14,6 +15,7 @@ mod shader_decode;
 mod stream;
 
 pub use block::Block;
+pub use block_texture::{BlockFormat, BlockTexture};
 pub use encode::{Cancelled, EncodeReport, Encoder, Progress};
 pub use encode_file::{encode_file, encode_temporary};
 pub use error::{ConfigError, DecodeError, EncodeError};
@@ -94,6 +96,12 @@ pub trait Decoder: Send + Sync + Debug {
     /// The smallest texel that holds decoded values without loss.
     fn decoded_form(&self) -> DecodedForm {
         DecodedForm::FLOAT32
+    }
+
+    /// A frame at a level as blocks that texture units decode by themselves, if the stream is such. Where a device takes
+    /// them, the site *host* uploads them in place of the decoded frame.
+    fn block_texture(&self, _frame: FrameIndex, _level: Level) -> Option<BlockTexture<'_>> {
+        None
     }
 
     /// How a shader decodes one voxel, if it can.

@@ -68,14 +68,16 @@ pub struct Resource<'a> {
     pub words: Cow<'a, [u32]>,
 }
 
-/// Agreement of shader and CPU decoder.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+/// Agreement of shader, or texture unit, and CPU decoder.
+#[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Agreement {
     /// Bit for bit (zeros of either sign are equal).
     Exact,
     /// Within this many units in the last place of the largest magnitude in the decoder's `value_range` of the
     /// voxel (of the value itself where the decoder knows no range): a sum that cancels cannot promise more.
     Ulp(u32),
+    /// Within this distance, in data units: what texture units are held to that decode blocks themselves.
+    Absolute(f32),
 }
 
 impl Agreement {
@@ -90,6 +92,7 @@ impl Agreement {
                 let distance = (f64::from(cpu) - f64::from(shader)).abs();
                 cpu == shader || distance <= f64::from(n) * range.ulp()
             }
+            Self::Absolute(most) => (f64::from(cpu) - f64::from(shader)).abs() <= f64::from(most),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::TransferFunction;
-use crate::codec::{Agreement, DecodeError, DecodedForm, Decoder, ShaderDecode, TexelFormat};
+use crate::codec::{Agreement, BlockTexture, DecodeError, DecodedForm, Decoder, ShaderDecode, TexelFormat};
 use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region, ValueRange};
 
 /// Lowest and highest *decoded* value of every macrocell of a frame at a level, its apron of one voxel included: what
@@ -40,7 +40,7 @@ impl MacrocellRanges {
         let layout = decoder.layout();
         let extent = layout.extent.at_resolution(level.resolution);
         let grid = extent.blocks_of(Macrocells::SIZE);
-        let slack = Slack::of(decoder);
+        let slack = Slack::of(decoder, level);
         let range_of = |cell: usize| {
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
@@ -140,8 +140,37 @@ fn range_of(values: &[f32]) -> Option<ValueRange> {
 struct Slack {
     /// What the codec states of its shader, in units in the last place of the decoder's range.
     shader_ulps: f64,
+    /// The same in data units.
+    shader: f64,
     /// Value of texel 0, where texels are shares of a range.
     texel_offset: Option<f32>,
+    /// What a texture unit may make of blocks that it decodes itself.
+    blocks: Option<BlockSlack>,
+}
+
+/// Texture units yield levels of a block within a tolerance, and never leave the range of texels; of that, 0 is exact.
+#[derive(Copy, Clone, Debug)]
+struct BlockSlack {
+    tolerance: f64,
+    /// Values of the texels 0 and 1.
+    ends: [f64; 2],
+}
+
+impl BlockSlack {
+    fn of(blocks: &BlockTexture<'_>) -> Option<Self> {
+        let Agreement::Absolute(tolerance) = blocks.agreement() else { return None };
+        let (scale, offset) = (f64::from(blocks.scale), f64::from(blocks.offset));
+        Some(Self { tolerance: tolerance.into(), ends: [offset, offset + scale] })
+    }
+
+    /// Lowest and highest sample of voxels that decode to a range on the CPU.
+    fn widened(self, [low, high]: [f64; 2]) -> [f64; 2] {
+        let [zero, one] = self.ends;
+        if high <= zero {
+            return [low, high];
+        }
+        [(low - self.tolerance).max(zero.min(low)), (high + self.tolerance).min(one.max(high))]
+    }
 }
 
 impl Slack {
@@ -152,17 +181,20 @@ impl Slack {
     /// largest number in between.
     const TEXEL_ULPS: f64 = 8.0;
 
-    fn of(decoder: &dyn Decoder) -> Self {
-        let shader_ulps = match decoder.shader().map(ShaderDecode::agreement) {
-            Some(Agreement::Ulp(n)) => f64::from(n),
-            Some(Agreement::Exact) | None => 0.0,
+    fn of(decoder: &dyn Decoder, level: Level) -> Self {
+        let (shader_ulps, shader) = match decoder.shader().map(ShaderDecode::agreement) {
+            Some(Agreement::Ulp(n)) => (f64::from(n), 0.0),
+            Some(Agreement::Absolute(distance)) => (0.0, f64::from(distance)),
+            Some(Agreement::Exact) | None => (0.0, 0.0),
         };
         let DecodedForm { format, offset, .. } = decoder.decoded_form();
         let texel_offset = match format {
             TexelFormat::Float16 | TexelFormat::Float32 => None,
             TexelFormat::Unorm8 | TexelFormat::Unorm16 => Some(offset),
         };
-        Self { shader_ulps, texel_offset }
+        // Every frame has the same scale.
+        let blocks = decoder.block_texture(FrameIndex::FIRST, level).as_ref().and_then(BlockSlack::of);
+        Self { shader_ulps, shader, texel_offset, blocks }
     }
 
     /// `range` of the values of a macrocell, in which the codec knows them to lie within `known`.
@@ -173,9 +205,13 @@ impl Slack {
             let scaled = ValueRange { min: range.min - offset, max: range.max - offset };
             ulp(scaled.union(range))
         });
-        let by =
-            self.shader_ulps * ulp(stated) + Self::INTERPOLATION_ULPS * ulp(range) + Self::TEXEL_ULPS * texel;
-        ValueRange { min: (f64::from(range.min) - by) as f32, max: (f64::from(range.max) + by) as f32 }
+        let by = self.shader
+            + self.shader_ulps * ulp(stated)
+            + Self::INTERPOLATION_ULPS * ulp(range)
+            + Self::TEXEL_ULPS * texel;
+        let sampled = [f64::from(range.min), f64::from(range.max)];
+        let [low, high] = self.blocks.map_or(sampled, |blocks| blocks.widened(sampled));
+        ValueRange { min: (low - by) as f32, max: (high + by) as f32 }
     }
 }
 

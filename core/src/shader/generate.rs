@@ -75,13 +75,16 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
             out.generated("the frame that the codec's passes have rebuilt", &declarations);
             out.template(shaders::DEFERRED_FRAME);
         }
-        Source::Texture { form, sampling } => {
+        Source::Texture { form, sampling, padded } => {
             let hardware = *sampling == TextureSampling::Hardware && request.filter == Some(Filter::Linear);
             let (declarations, texture) =
                 text::texture_bindings(hardware.then_some(BindingKind::VolumeSampler));
             bindings.extend(texture);
             out.generated("bindings of the decoded volume", &declarations);
             out.generated("texels of the decoded volume", &text::texel_constants(*form));
+            if let Some(size) = padded.filter(|_| hardware) {
+                out.generated("size of the texture", &text::texture_size(size));
+            }
             // The texture unit needs no fetch of single voxels.
             if !hardware {
                 out.template(shaders::SOURCE_TEXTURE);
@@ -134,7 +137,10 @@ fn provided(source: &Source<'_>) -> String {
 fn filter(out: &mut Text, request: &Request<'_>) -> Result<(), ShaderError> {
     let decoded = !matches!(request.source, Source::Inline { .. });
     let hardware = match request.source {
-        Source::Texture { sampling: TextureSampling::Hardware, .. } => Some(shaders::FILTER_HARDWARE),
+        Source::Texture { sampling: TextureSampling::Hardware, padded, .. } => Some(match padded {
+            None => shaders::FILTER_HARDWARE,
+            Some(_) => shaders::FILTER_HARDWARE_PADDED,
+        }),
         Source::Ring { sampling: TextureSampling::Hardware, .. } => Some(shaders::FILTER_HARDWARE_RING),
         _ => None,
     };

@@ -63,6 +63,8 @@ pub enum Source<'a> {
         form: DecodedForm,
         /// Who filters.
         sampling: TextureSampling,
+        /// Texels along each axis, where they are more than voxels: a format of blocks holds whole ones.
+        padded: Option<[u32; 3]>,
     },
 }
 

@@ -68,17 +68,18 @@ fn a_dump_shader_is_what_it_should_be() {
 fn texture_shaders_hold_no_more_than_they_need() {
     let form = DecodedForm::FLOAT32;
     let picture = [BindingKind::View, BindingKind::TransferTable, BindingKind::Image];
-    let make = |sampling, filter| {
+    let of = |padded, sampling, filter| {
         generate(&Request {
             templates: &RAYCAST,
             entry: "raycast",
             bindings: &picture,
             layout: &layout(),
-            source: Source::Texture { form, sampling },
+            source: Source::Texture { form, sampling, padded },
             filter: Some(filter),
             limits: BindingLimits::default(),
         })
     };
+    let make = |sampling, filter| of(None, sampling, filter);
     let hardware = make(TextureSampling::Hardware, Filter::Linear).unwrap();
     assert!(!hardware.wgsl.contains("voxel_fetch"));
     assert!(hardware.bindings.iter().any(|b| b.kind == BindingKind::VolumeSampler));
@@ -87,6 +88,12 @@ fn texture_shaders_hold_no_more_than_they_need() {
     let nearest = make(TextureSampling::Hardware, Filter::Nearest).unwrap();
     assert!(!nearest.wgsl.contains("trilinear") && !nearest.wgsl.contains("sampler"));
     assert!(make(TextureSampling::Hardware, Filter::OptimisedLinear).is_err());
+    assert!(!hardware.wgsl.contains("clamp(x"), "the sampler clamps");
+    let padded = of(Some([16, 8, 5]), TextureSampling::Hardware, Filter::Linear).unwrap();
+    assert!(padded.wgsl.contains("const texture_size = vec3<u32>(16u, 8u, 5u);"));
+    assert!(padded.wgsl.contains("clamp(x, vec3<f32>(0.5), vec3<f32>(volume_extent) - 0.5)"));
+    let nearest = of(Some([16, 8, 5]), TextureSampling::Hardware, Filter::Nearest).unwrap();
+    assert!(!nearest.wgsl.contains("texture_size"), "texels are where voxels are");
 }
 
 #[test]

@@ -65,6 +65,11 @@ pub fn texel_constants(form: DecodedForm) -> String {
     format!("const texel_scale: f32 = {:?};\nconst texel_offset: f32 = {:?};\n", form.scale, form.offset)
 }
 
+/// Size of a texture that is larger than the volume.
+pub fn texture_size([x, y, z]: [u32; 3]) -> String {
+    format!("const texture_size = vec3<u32>({x}u, {y}u, {z}u);\n")
+}
+
 /// Constants of a codec, under its prefix.
 pub fn codec_constants(codec: &str, constants: &[Constant]) -> Result<String, ShaderError> {
     let mut text = String::new();

@@ -1,6 +1,6 @@
 //! What a device can do, as plain data: decisions about textures are made, and tested, without one.
 
-use cvr_core::codec::{DecodedForm, TexelFormat};
+use cvr_core::codec::{BlockFormat, DecodedForm, TexelFormat};
 use cvr_core::shader::{BindingLimits, TextureSampling};
 use cvr_core::volume::Extent;
 
@@ -15,6 +15,8 @@ pub struct Capabilities {
     pub float32_filterable: bool,
     /// Whether single-precision images can be blended.
     pub float32_blendable: bool,
+    /// Whether 3-D textures can hold blocks of BC formats.
+    pub bc_sliced_3d: bool,
     /// Whether a pass can be timed on the device.
     pub timestamps: bool,
     /// Voxels along one axis of a 3-D texture.
@@ -55,6 +57,24 @@ impl std::fmt::Display for TextureFallback {
     }
 }
 
+/// Why blocks that a texture unit could decode are decoded on the CPU instead. No bits are lost, but memory is.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum BlockFallback {
+    /// The device has no 3-D textures of the format.
+    NoFormat,
+    /// The blocks are of one channel each, and no texture holds three such in one texel.
+    Colour,
+}
+
+impl std::fmt::Display for BlockFallback {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::NoFormat => "no 3-D textures of the codec's blocks: uploaded as decoded by the CPU",
+            Self::Colour => "no texture holds blocks of three channels: uploaded as decoded by the CPU",
+        })
+    }
+}
+
 /// How a decoded volume is kept in a texture on some device.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct TextureChoice {
@@ -74,6 +94,10 @@ impl Capabilities {
             norm16: features.contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM),
             float32_filterable: features.contains(wgpu::Features::FLOAT32_FILTERABLE),
             float32_blendable: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
+            bc_sliced_3d: features.contains(
+                wgpu::Features::TEXTURE_COMPRESSION_BC
+                    .union(wgpu::Features::TEXTURE_COMPRESSION_BC_SLICED_3D),
+            ),
             timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             texture_edge_voxels: limits.max_texture_dimension_3d,
             picture_edge_pixels: limits.max_texture_dimension_2d,
@@ -96,21 +120,39 @@ impl Capabilities {
         self.storage_binding_bytes.min(self.buffer_bytes)
     }
 
+    /// Whether a 3-D texture holds blocks of a format, of a volume with so many channels.
+    ///
+    /// # Errors
+    /// The reason why not.
+    pub const fn blocks(&self, format: BlockFormat, channels: u32) -> Result<(), BlockFallback> {
+        match format {
+            BlockFormat::Bc4 if !self.bc_sliced_3d => Err(BlockFallback::NoFormat),
+            BlockFormat::Bc4 if channels != 1 => Err(BlockFallback::Colour),
+            BlockFormat::Bc4 => Ok(()),
+        }
+    }
+
+    /// Refuses what is longer than a 3-D texture.
+    pub(crate) fn check_edges(&self, extent: Extent) -> Result<(), EngineError> {
+        let longest = extent.to_array().into_iter().max().unwrap_or(1);
+        if longest <= self.texture_edge_voxels {
+            return Ok(());
+        }
+        Err(EngineError::TooLarge {
+            what: format!("a 3-D texture of {extent}"),
+            requested: u64::from(longest),
+            limit: u64::from(self.texture_edge_voxels),
+            unit: "voxels along one axis",
+        })
+    }
+
     /// How decoded values of this form are kept in a 3-D texture.
     ///
     /// # Errors
     /// [`EngineError::TooLarge`] when the longest axis exceeds the device's 3-D textures;
     /// [`EngineError::Unsupported`] when a form has no scale to divide by.
     pub fn texture(&self, form: DecodedForm, extent: Extent) -> Result<TextureChoice, EngineError> {
-        let longest = extent.to_array().into_iter().max().unwrap_or(1);
-        if longest > self.texture_edge_voxels {
-            return Err(EngineError::TooLarge {
-                what: format!("a 3-D texture of {extent}"),
-                requested: u64::from(longest),
-                limit: u64::from(self.texture_edge_voxels),
-                unit: "voxels along one axis",
-            });
-        }
+        self.check_edges(extent)?;
         if !(form.scale.is_finite() && form.scale != 0.0 && form.offset.is_finite()) {
             return Err(EngineError::Unsupported(format!(
                 "texels of scale {} and offset {} hold no values",
@@ -145,6 +187,7 @@ impl Capabilities {
         norm16: false,
         float32_filterable: false,
         float32_blendable: false,
+        bc_sliced_3d: false,
         timestamps: false,
         texture_edge_voxels: 2048,
         picture_edge_pixels: 8192,
@@ -198,6 +241,15 @@ mod tests {
             let choice = Capabilities::LEAST.texture(form, cube(4)).unwrap();
             assert_eq!((choice.sampling, choice.fallback), (TextureSampling::Hardware, None));
         }
+    }
+
+    #[test]
+    fn blocks_need_their_feature_and_one_channel() {
+        let bc4 = BlockFormat::Bc4;
+        assert_eq!(Capabilities::LEAST.blocks(bc4, 1), Err(BlockFallback::NoFormat));
+        let capable = Capabilities { bc_sliced_3d: true, ..Capabilities::LEAST };
+        assert_eq!(capable.blocks(bc4, 1), Ok(()));
+        assert_eq!(capable.blocks(bc4, 3), Err(BlockFallback::Colour));
     }
 
     #[test]

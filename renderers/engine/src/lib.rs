@@ -5,6 +5,7 @@
 //! the call that caused it; nothing here panics or aborts because of a device.
 
 mod bindings;
+mod block_texture;
 mod capabilities;
 mod cpu_time;
 mod decoding;
@@ -29,7 +30,7 @@ mod upload;
 pub mod testing;
 pub mod timing;
 
-pub use capabilities::{Capabilities, TextureChoice, TextureFallback};
+pub use capabilities::{BlockFallback, Capabilities, TextureChoice, TextureFallback};
 pub use cpu_time::process_cpu_time;
 pub use decoding::FrameDecoder;
 pub use device::{Device, DeviceChoice, DeviceInfo, DeviceKind, list_adapters};

@@ -75,9 +75,7 @@ impl DrawSource<'_> {
                 Err(EngineError::Unsupported(text.to_owned()))
             }
             Self::Texture(texture) => {
-                let choice = texture.choice();
-                let source = Source::Texture { form: choice.form, sampling: choice.sampling };
-                Ok(Voxels { layout, source, buffers: Vec::new(), texture: Some(texture) })
+                Ok(Voxels { layout, source: texture.source(), buffers: Vec::new(), texture: Some(texture) })
             }
         }
     }

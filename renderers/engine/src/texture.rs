@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use cvr_core::codec::{DecodedForm, TexelFormat};
-use cvr_core::shader::TextureSampling;
+use cvr_core::codec::{BlockFormat, DecodedForm, TexelFormat};
+use cvr_core::shader::{Source, TextureSampling};
 use cvr_core::volume::VolumeLayout;
 
+use crate::block_texture::block_bytes;
 use crate::slabs::Slabs;
 use crate::texels::{texels, texture_channels, values};
 use crate::upload::SLAB_BYTES;
@@ -16,6 +17,8 @@ use crate::{Device, EngineError, TextureChoice};
 pub struct VolumeTexture {
     layout: VolumeLayout,
     choice: TextureChoice,
+    /// Format of the blocks that the texture unit decodes; `None` where texels are single.
+    blocks: Option<BlockFormat>,
     texture: wgpu::Texture,
     view: wgpu::TextureView,
     /// What the texels were decoded from.
@@ -83,14 +86,26 @@ impl VolumeTexture {
         layout: &VolumeLayout,
         choice: TextureChoice,
     ) -> Result<Self, EngineError> {
-        let [width, height, depth] = layout.extent.to_array();
+        let format = texture_format(choice.form.format, layout.channels);
+        Self::of_format(device, layout, choice, (format, None))
+    }
+
+    /// A texture of single texels, or of blocks, then as large as whole blocks are.
+    pub(crate) fn of_format(
+        device: &Device,
+        layout: &VolumeLayout,
+        choice: TextureChoice,
+        (format, blocks): (wgpu::TextureFormat, Option<BlockFormat>),
+    ) -> Result<Self, EngineError> {
+        let [width, height, depth] =
+            blocks.map_or_else(|| layout.extent.to_array(), |blocks| blocks.padded(layout.extent));
         let descriptor = wgpu::TextureDescriptor {
             label: Some("volume"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: depth },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D3,
-            format: texture_format(choice.form.format, layout.channels),
+            format,
             usage: wgpu::TextureUsages::TEXTURE_BINDING
                 | wgpu::TextureUsages::COPY_DST
                 | wgpu::TextureUsages::COPY_SRC,
@@ -99,7 +114,7 @@ impl VolumeTexture {
         device.guarded("making a volume texture", || {
             let texture = device.wgpu().create_texture(&descriptor);
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-            Ok(Self { layout: layout.clone(), choice, texture, view, kept: Arc::default() })
+            Ok(Self { layout: layout.clone(), choice, blocks, texture, view, kept: Arc::default() })
         })
     }
 
@@ -109,11 +124,15 @@ impl VolumeTexture {
     }
 
     /// All samples as they lie in the texture (x fastest, channels interleaved, data units): a texel of 8 or 16 bits is
-    /// the step that it stands for, without the rounding of a device that turns it into a number.
+    /// the step that it stands for, without the rounding of a device that turns it into a number. Of blocks it is what a
+    /// shader loads, which is what the texture unit decodes.
     ///
     /// # Errors
     /// [`EngineError::TooLarge`] when not even one row fits a buffer, and what the driver refuses.
     pub fn read(&self, device: &Device) -> Result<Vec<f32>, EngineError> {
+        if self.blocks.is_some() {
+            return self.load(device);
+        }
         let most_bytes = device.capabilities().buffer_bytes.min(SLAB_BYTES as u64);
         let slabs = Slabs::new(self.layout.extent, self.texel_bytes(), most_bytes)?;
         let mut all = Vec::with_capacity(self.layout.samples_per_frame() as usize);
@@ -157,9 +176,26 @@ impl VolumeTexture {
         self.choice
     }
 
-    /// Bytes of its texels.
+    /// Format of the blocks that the texture unit decodes; `None` where texels are single.
+    #[must_use]
+    pub const fn blocks(&self) -> Option<BlockFormat> {
+        self.blocks
+    }
+
+    /// As the shader generator wants it.
+    pub(crate) fn source(&self) -> Source<'static> {
+        let TextureChoice { form, sampling, .. } = self.choice;
+        let padded = self.blocks.map(|blocks| blocks.padded(self.layout.extent));
+        let padded = padded.filter(|size| *size != self.layout.extent.to_array());
+        Source::Texture { form, sampling, padded }
+    }
+
+    /// Bytes of its texels, or of its blocks.
     #[must_use]
     pub fn bytes(&self) -> u64 {
+        if let Some(blocks) = self.blocks {
+            return block_bytes(blocks, self.layout.extent);
+        }
         self.layout.extent.voxels() * self.texel_bytes() as u64
     }
 
@@ -170,7 +206,7 @@ impl VolumeTexture {
         self.bytes() + self.kept.iter().map(wgpu::Buffer::size).sum::<u64>()
     }
 
-    /// Bytes of one texel.
+    /// Bytes of one texel, if it is no part of a block.
     pub(crate) const fn texel_bytes(&self) -> usize {
         texture_channels(self.layout.channels) * self.choice.form.format.bytes()
     }

@@ -1,9 +1,10 @@
 //! Ranges of decoders that are mimicked here, level by level.
 
+use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 
 use super::*;
-use crate::codec::{Resource, WgslModule};
+use crate::codec::{BlockFormat, Resource, WgslModule};
 use crate::render::ControlPoint;
 use crate::volume::{ReferenceFrames, SampleType, VolumeLayout};
 
@@ -14,12 +15,14 @@ struct Fake {
     known: Option<ValueRange>,
     form: DecodedForm,
     agreement: Option<Agreement>,
+    /// Scale and offset of blocks that a texture unit decodes.
+    blocks: Option<(f32, f32)>,
 }
 
 impl Fake {
     fn new(size: [u32; 3], value: fn(Level, [u32; 3]) -> f32) -> Self {
         let layout = VolumeLayout::scalar(Extent::try_from(size).unwrap(), SampleType::F32);
-        Self { layout, value, known: None, form: DecodedForm::FLOAT32, agreement: None }
+        Self { layout, value, known: None, form: DecodedForm::FLOAT32, agreement: None, blocks: None }
     }
 
     fn ranges(&self, level: Level) -> MacrocellRanges {
@@ -66,6 +69,11 @@ impl Decoder for Fake {
 
     fn shader(&self) -> Option<&dyn ShaderDecode> {
         self.agreement.is_some().then_some(self)
+    }
+
+    fn block_texture(&self, _: FrameIndex, _: Level) -> Option<BlockTexture<'_>> {
+        let (scale, offset) = self.blocks?;
+        Some(BlockTexture { format: BlockFormat::Bc4, words: Cow::Borrowed(&[]), scale, offset })
     }
 }
 
@@ -169,6 +177,21 @@ fn ranges_hold_what_a_shader_may_make_of_them() {
     let form = DecodedForm { format: TexelFormat::Unorm8, scale: 255.0, offset: 0.0 };
     let air = Fake { form, agreement: Some(Agreement::Ulp(4)), ..Fake::new([8, 8, 8], |_, _| 0.0) };
     assert_eq!(air.ranges(Level::FULL).range([0; 3]), Some(ValueRange { min: 0.0, max: 0.0 }));
+}
+
+#[test]
+fn ranges_hold_what_a_texture_unit_may_make_of_blocks() {
+    let range = |value, blocks| {
+        let fake = Fake { blocks, ..Fake::new([8, 8, 8], value) };
+        fake.ranges(Level::FULL).range([0; 3]).unwrap()
+    };
+    let inside = range(|_, _| 100.0, Some((510.0, -10.0)));
+    assert!((96.0 - inside.min).abs() < 0.01 && (inside.max - 104.0).abs() < 0.01, "{inside:?}");
+    // Texels never leave 0..1, and of a block of zeros none is anything else.
+    let border = range(|_, p| if p[0] == 0 { -9.0 } else { 499.0 }, Some((510.0, -10.0)));
+    assert!((border.min + 10.0).abs() < 0.01 && (border.max - 500.0).abs() < 0.01, "{border:?}");
+    let air = range(|_, _| 0.0, Some((510.0, 0.0)));
+    assert_eq!((air.min, air.max), (0.0, 0.0));
 }
 
 #[test]

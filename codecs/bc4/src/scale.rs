@@ -1,0 +1,76 @@
+//! From data to codes and back.
+
+use cvr_core::volume::{SampleType, ValueRange};
+use serde::{Deserialize, Serialize};
+
+use crate::block::{PARTS, TOP};
+
+/// The decode parameters in the container.
+#[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameters {
+    /// Values of the codes 0 and 255.
+    pub range: ValueRange,
+}
+
+/// How codes become values: `min(offset + step · code, high)`.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Scale {
+    /// Value of code 0, in data units.
+    pub offset: f32,
+    /// Data units per code; 0 where the volume has one value.
+    pub step: f32,
+    /// No value exceeds this.
+    pub high: f32,
+}
+
+impl Scale {
+    /// The scale whose codes 0 and 255 are the ends of a range.
+    #[must_use]
+    pub fn over(range: ValueRange) -> Self {
+        Self { offset: range.min, step: (range.span() / 255.0) as f32, high: range.max }
+    }
+
+    /// The range over which samples of 8 bits are their own codes; of others, that of the volume is taken.
+    #[must_use]
+    pub fn native(sample: SampleType) -> Option<ValueRange> {
+        let (low, high) = sample.integer_range().filter(|(low, high)| high - low == 255)?;
+        Some(ValueRange { min: low as f32, max: high as f32 })
+    }
+
+    /// The level nearest to a value, in parts of a code.
+    #[must_use]
+    pub fn level(&self, value: f32) -> i16 {
+        let span = f64::from(self.high) - f64::from(self.offset);
+        if span <= 0.0 {
+            return 0;
+        }
+        let share = (f64::from(value) - f64::from(self.offset)) / span;
+        (share * 255.0 * f64::from(PARTS)).round().clamp(0.0, f64::from(TOP)) as i16
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_of_8_bits_are_their_own_codes() {
+        for (sample, offset) in [(SampleType::U8, 0.0), (SampleType::I8, -128.0)] {
+            let scale = Scale::over(Scale::native(sample).unwrap());
+            assert_eq!((scale.offset, scale.step, scale.high), (offset, 1.0, offset + 255.0));
+            for code in 0..=255_i16 {
+                assert_eq!(scale.level(f32::from(code) + offset), code * PARTS as i16);
+            }
+        }
+        for sample in [SampleType::U16, SampleType::I16, SampleType::F32] {
+            assert_eq!(Scale::native(sample), None);
+        }
+    }
+
+    #[test]
+    fn a_volume_of_one_value_has_one_level() {
+        let scale = Scale::over(ValueRange { min: 3.5, max: 3.5 });
+        assert_eq!((scale.level(3.5), scale.step), (0, 0.0));
+    }
+}

@@ -1,0 +1,22 @@
+//! The battery of `cvr-core`, over both qualities.
+
+use cvr_codec_tests::settings;
+use cvr_core::codec::Settings;
+use cvr_core::conformance;
+
+fn passes(settings: &Settings) {
+    let report = conformance::run_with(cvr_bc4::codec().as_ref(), std::slice::from_ref(settings), None);
+    report.assert_ok();
+    // `largest`: a range from the lowest to the highest single overflows; and one whose steps would vanish.
+    assert!(report.refused <= 2, "{} of {} volumes refused", report.refused, report.checks);
+}
+
+#[test]
+fn the_default_passes() {
+    passes(&Settings::default());
+}
+
+#[test]
+fn the_range_passes() {
+    passes(&settings(&[("quality", "range")]));
+}

@@ -1,0 +1,77 @@
+//! Streams of every version so far, which must decode for ever to what they decoded to when they were kept.
+//!
+//! A stream that is kept is never written again. To keep one more, add it to the list and run with `CVR_BLESS=1`: the
+//! file is written where there is none, and the test prints its checksum.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
+
+use cvr_bc4::Bc4;
+use cvr_codec_tests::kept::{checksums, compare, open, path, with_flipped};
+use cvr_codec_tests::settings;
+use cvr_core::codec::Settings;
+use cvr_core::container::EncodedVolume;
+use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
+
+/// A stream that is kept.
+struct Kept {
+    name: &'static str,
+    version: u32,
+    /// CRC-32C of all samples decoded, as little-endian singles, frame after frame.
+    crc32c: u32,
+    /// What it was made from.
+    made: fn() -> (Settings, FiniteVolume),
+}
+
+const KEPT: [Kept; 2] = [
+    // A range that single precision rounds, frames, blocks beyond the border along both axes.
+    Kept {
+        name: "v1-f32-frames",
+        version: 1,
+        crc32c: 0x8c13_0ca4,
+        made: || made("search", SampleType::F32, 1, 2),
+    },
+    // Colours of 8 bits, and the endpoints of the range.
+    Kept {
+        name: "v1-rgb-range",
+        version: 1,
+        crc32c: 0x0cae_bf39,
+        made: || made("range", SampleType::I8, 3, 1),
+    },
+];
+
+fn made(quality: &str, sample: SampleType, channels: u32, frames: u32) -> (Settings, FiniteVolume) {
+    let extent = Extent::new(13, 7, 3).unwrap();
+    let layout = VolumeLayout { channels, frames, ..VolumeLayout::scalar(extent, sample) };
+    let value = |i: u64| ((i as u32).wrapping_mul(0x9e37_79b9) >> 26) as i8 - 40 + (i % 60) as i8;
+    let values = (0..layout.samples()).map(value);
+    let samples = match sample {
+        SampleType::F32 => Samples::F32(values.map(|v| f32::from(v) * 0.123 - 7.0).collect()),
+        _ => Samples::I8(values.collect()),
+    };
+    (settings(&[("quality", quality)]), FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
+}
+
+fn stream(kept: &Kept) -> EncodedVolume {
+    open(&Bc4, &path(env!("CARGO_MANIFEST_DIR"), kept.name), kept.made)
+}
+
+#[test]
+fn streams_that_were_kept_decode_to_what_they_did() {
+    let mut problems = Vec::new();
+    for kept in &KEPT {
+        let stream = stream(kept);
+        assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
+        problems.extend(compare(kept.name, checksums(&Bc4, stream, [1]), [kept.crc32c]).err());
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// The checksums notice one bit of an endpoint, and one of an index.
+#[test]
+fn another_bit_has_another_checksum() {
+    for byte in [0, 8 * 5 + 3] {
+        let kept = &KEPT[0];
+        let changed = with_flipped(&Bc4, &stream(kept), "blocks", byte);
+        assert_ne!(checksums(&Bc4, changed, [1]), [kept.crc32c], "byte {byte}");
+    }
+}

@@ -1,0 +1,71 @@
+//! The site *host*: a frame in a texture that the device only reads. Where it holds the codec's blocks, the texture unit
+//! decodes them, and is held to what the CPU decodes.
+
+use std::sync::Arc;
+
+use cvr_core::codec::{Decoder, Parity};
+use cvr_core::render::DecodedFrame;
+use cvr_core::volume::{FrameIndex, Level};
+
+use super::record::Record;
+use super::target::{DrawError, HostVolume, Target};
+
+/// A frame that was uploaded once for all cells of a codec and its settings and, where it was as blocks, compared.
+#[derive(Clone, Debug)]
+pub struct SharedUpload {
+    volume: HostVolume,
+    parity: Option<Parity>,
+}
+
+impl SharedUpload {
+    /// Uploads a frame at a level, which the CPU has decoded to `frame`.
+    ///
+    /// # Errors
+    /// As [`Target::upload`], and when the texture cannot be read.
+    pub fn new(
+        target: &Target,
+        decoder: &dyn Decoder,
+        key: (FrameIndex, Level),
+        frame: Arc<DecodedFrame>,
+    ) -> Result<Self, DrawError> {
+        let volume = target.upload(decoder, key, frame)?;
+        let parity = volume.parity(target, decoder, key)?;
+        Ok(Self { volume, parity })
+    }
+
+    /// The volume, for a cell in whose record mismatches and a fallback are entered.
+    ///
+    /// # Errors
+    /// A sentence, when the texture unit decodes other values than the CPU.
+    pub fn enter(&self, record: &mut Record) -> Result<HostVolume, String> {
+        if let Some(fallback) = self.volume.fallback {
+            record.remark(&fallback.to_string());
+        }
+        if let Some(parity) = self.parity {
+            record.parity_mismatches = Some(parity.mismatches);
+            if !parity.holds() {
+                return Err(format!("what the texture unit decodes is not what the CPU decodes: {parity}"));
+            }
+        }
+        Ok(self.volume.clone())
+    }
+}
+
+impl HostVolume {
+    /// Every voxel as a shader loads it from blocks against what the CPU decoded, at its place in the stream `key`,
+    /// within the tolerance of the format; `None` where the texture holds what was decoded.
+    ///
+    /// # Errors
+    /// When the texture cannot be read.
+    pub fn parity(
+        &self,
+        target: &Target,
+        decoder: &dyn Decoder,
+        key: (FrameIndex, Level),
+    ) -> Result<Option<Parity>, DrawError> {
+        let (Target::Device(device), Some(texture)) = (target, &self.texture) else { return Ok(None) };
+        let Some(Ok(blocks)) = target.blocks(decoder, key) else { return Ok(None) };
+        let values = texture.read(device)?;
+        Ok(Some(Parity::compare_at(decoder, blocks.agreement(), key, self.frame.values(), &values)))
+    }
+}

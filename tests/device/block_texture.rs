@@ -1,0 +1,226 @@
+//! Streams that texture units decode: their voxels against the CPU decoder, their pictures against the mirror, and what a
+//! record says of them.
+
+use std::sync::Arc;
+
+use cvr::estimate::Trials;
+use cvr::experiment::host::SharedUpload;
+use cvr::experiment::record::{Record, Status};
+use cvr::experiment::target::Target;
+use cvr::registry::Names;
+use cvr_core::codec::{Decoder, Site};
+use cvr_core::metrics::AgreementRule;
+use cvr_core::render::{DecodedFrame, Filter, Projection, View};
+use cvr_core::shader::TextureSampling;
+use cvr_core::volume::{
+    DenseVolume, Extent, FiniteVolume, FrameIndex, Level, SampleType, Samples, VolumeLayout,
+};
+use cvr_engine::testing::test_device;
+use cvr_engine::{Device, DrawSource, VolumeTexture};
+
+use super::mutated::{Mutated, Mutation};
+use super::runs::run;
+use super::scenes::{camera, clipped, draw, mirror, source, textured, view};
+use super::subjects::{ODD, codec, encoded, noise, settings};
+
+const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
+
+/// A device whose texture units decode BC4, or a line that says that this one has none.
+fn capable(name: &str) -> Option<&'static Device> {
+    let device = test_device(name)?;
+    let capable = device.capabilities().bc_sliced_3d;
+    if !capable {
+        println!("skipped {name}: this device has no 3-D textures of BC4");
+    }
+    capable.then_some(device)
+}
+
+fn bc4(volume: &FiniteVolume) -> Box<dyn Decoder> {
+    encoded(codec("bc4").as_ref(), &settings(&[]), volume)
+}
+
+fn blocks(device: &Device, decoder: &dyn Decoder) -> VolumeTexture {
+    let blocks = decoder.block_texture(KEY.0, KEY.1).unwrap();
+    VolumeTexture::upload_blocks(device, decoder.layout(), &blocks).unwrap()
+}
+
+/// As a run would upload it, and what it then enters into a record.
+fn entered(device: &Device, decoder: &dyn Decoder) -> (Record, Result<(), String>) {
+    let frame = Arc::new(DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap());
+    let upload = SharedUpload::new(&Target::Device(device.clone()), decoder, KEY, frame).unwrap();
+    let mut record = Record::default();
+    let result = upload.enter(&mut record).map(drop);
+    (record, result)
+}
+
+#[test]
+fn every_voxel_is_what_the_cpu_decodes_within_the_tolerance() {
+    let Some(device) = capable("block_texture::every_voxel") else { return };
+    for size in [ODD, [1, 1, 1], [5, 1, 30], [64, 20, 3]] {
+        for sample in [SampleType::U8, SampleType::I8, SampleType::U16, SampleType::I16, SampleType::F32] {
+            let volume = noise(size, sample);
+            let decoder = bc4(&volume);
+            let (record, result) = entered(device, decoder.as_ref());
+            assert_eq!((result, record.parity_mismatches), (Ok(()), Some(0)), "{sample} {size:?}");
+            let [x, y, z] = size.map(u64::from);
+            let texture = blocks(device, decoder.as_ref());
+            assert_eq!(texture.resident_bytes(), x.div_ceil(4) * y.div_ceil(4) * z * 8, "{size:?}");
+        }
+    }
+}
+
+/// The failing twin: one bit of one index is another level.
+#[test]
+fn a_wrong_bit_is_caught() {
+    let Some(device) = capable("block_texture::wrong_bit") else { return };
+    // The highest bit of the first index in the second word, in the middle of the volume.
+    let mutation = Mutation::Bit { resource: 0, word: 2 * 4 * 5 * 11 + 2 * 9 + 1, bit: 4 };
+    let mutated = Mutated { inner: bc4(&noise(ODD, SampleType::U8)), mutation };
+    let (record, result) = entered(device, &mutated);
+    let told = result.unwrap_err();
+    assert!(
+        told.starts_with("what the texture unit decodes is not what the CPU decodes: 1 of 5083"),
+        "{told}"
+    );
+    assert_eq!(record.parity_mismatches, Some(1));
+}
+
+/// Oblique and along axes, of whole blocks and of blocks beyond the border, whole and clipped.
+fn views() -> Vec<View> {
+    use Projection::{Orthographic, Perspective};
+    let cameras = [
+        camera(30.0, 20.0, Perspective),
+        camera(-130.0, -35.0, Orthographic),
+        camera(0.0, 0.0, Orthographic),
+        camera(180.0, 0.0, Perspective),
+        camera(0.0, -90.0, Orthographic),
+    ];
+    let of = |camera| View { camera, ..view(SampleType::U8, [65, 49], Filter::Linear) };
+    cameras.into_iter().map(of).chain([clipped(of(camera(60.0, 10.0, Perspective)))]).collect()
+}
+
+#[test]
+fn pictures_are_those_of_the_shader_and_of_the_mirror() {
+    let Some(device) = capable("block_texture::pictures") else { return };
+    for size in [ODD, [24, 20, 16], [30, 9, 14]] {
+        let decoder = bc4(&textured(size, [1.0, 1.5, 0.7], SampleType::U8));
+        let by_unit = DrawSource::Texture(Arc::new(blocks(device, decoder.as_ref())));
+        let by_shader = source(device, Site::Inline, "bc4", decoder.as_ref());
+        let mut worst = 0.0_f32;
+        for (i, view) in views().into_iter().enumerate() {
+            for filter in [Filter::Linear, Filter::Nearest] {
+                let view = View { filter, ..view.clone() };
+                let (found, filtering) = draw(device, &view, &by_unit);
+                assert_eq!(filtering == TextureSampling::Hardware, filter == Filter::Linear);
+                let name = format!("{size:?} {filter}, view {i}");
+                let mirror = mirror(&view, decoder.as_ref());
+                for expected in [draw(device, &view, &by_shader).0, mirror] {
+                    let agreement = AgreementRule::HARDWARE.check(&expected, &found);
+                    let agreement = agreement.unwrap_or_else(|e| panic!("{name}: {e}"));
+                    assert!(agreement.visible_pixels > 100, "{name}");
+                    worst = worst.max(agreement.max_difference);
+                }
+            }
+        }
+        println!("{size:?}: pictures differ by {:.2}/255 at most", worst * 255.0);
+    }
+}
+
+/// The failing twin: each block in the place of its neighbour along x, y or z is another picture.
+#[test]
+fn blocks_in_other_places_are_another_picture() {
+    let Some(device) = capable("block_texture::other_places") else { return };
+    let decoder = bc4(&textured([24, 20, 16], [1.0; 3], SampleType::U8));
+    let view = view(SampleType::U8, [65, 49], Filter::Linear);
+    let expected = draw(device, &view, &source(device, Site::Inline, "bc4", decoder.as_ref())).0;
+    for words in [2, 2 * 6, 2 * 6 * 5] {
+        let mut moved = decoder.block_texture(KEY.0, KEY.1).unwrap();
+        moved.words.to_mut().rotate_right(words);
+        let texture = VolumeTexture::upload_blocks(device, decoder.layout(), &moved).unwrap();
+        let found = draw(device, &view, &DrawSource::Texture(Arc::new(texture))).0;
+        assert!(AgreementRule::HARDWARE.check(&expected, &found).is_err(), "{words} words");
+    }
+}
+
+#[test]
+fn colours_are_uploaded_as_decoded_and_the_record_says_so() {
+    let Some(device) = test_device("block_texture::colours") else { return };
+    let extent = Extent::new(9, 6, 4).unwrap();
+    let layout = VolumeLayout { channels: 3, ..VolumeLayout::scalar(extent, SampleType::U8) };
+    let values = (0..layout.samples()).map(|i| (i * 37 % 251) as u8).collect();
+    let decoder = bc4(&FiniteVolume::new(DenseVolume::new(layout, Samples::U8(values)).unwrap()));
+    let (record, result) = entered(device, decoder.as_ref());
+    assert_eq!((result, record.parity_mismatches), (Ok(()), None));
+    let notes = record.notes.unwrap();
+    assert!(notes.ends_with("uploaded as decoded by the CPU"), "{notes}");
+    // A codec without blocks has nothing to say.
+    let raw = encoded(codec("raw").as_ref(), &settings(&[]), &noise(ODD, SampleType::U8));
+    assert_eq!(entered(device, raw.as_ref()).0.notes, None);
+}
+
+#[test]
+fn memory_is_estimated_by_what_the_device_takes() {
+    let Some(device) = capable("block_texture::estimate") else { return };
+    let names = Names::new().unwrap();
+    let mut trials = Trials::new(&names);
+    let mut bytes = |channels| {
+        let extent = Extent::cube(100).unwrap();
+        let layout = VolumeLayout { channels, ..VolumeLayout::scalar(extent, SampleType::U8) };
+        let settings = codec("bc4").info().default_settings();
+        let target = Target::Device(device.clone());
+        trials.of("bc4", &settings, &layout).unwrap().host_bytes_per_voxel(&target)
+    };
+    assert_eq!((bytes(1), bytes(3)), (0.5, 8.0));
+}
+
+const CONFIG: &str = r##"
+[experiment]
+name = "blocks"
+seed = 3
+
+[[volume]]
+name = "phantom"
+generate = "shepp-logan"
+dims = [26, 24, 25]
+dtype = "u16"
+
+[[codec]]
+id = "bc4"
+
+[pipeline]
+renderer = ["raycasting"]
+site = ["inline", "host", "deferred"]
+filter = ["nearest", "linear"]
+skipping = [false, true]
+
+[[scene]]
+name = "front"
+size = [48, 48]
+transfer_function = [[0.0, "#00000000"], [8000.0, "#2040a010"], [30000.0, "#ffb04060"], [65535.0, "#ffffffc0"]]
+"##;
+
+#[test]
+fn a_run_compares_draws_and_counts_the_blocks() {
+    let Some(device) = capable("block_texture::run") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let names = Names::new().unwrap();
+    let outcome = run(&names, CONFIG, &Target::Device(device.clone()), folder.path());
+    assert_eq!((outcome.records.len(), outcome.failed()), (12, 0), "{:#?}", outcome.records);
+    for r in &outcome.records {
+        let name = format!("{} {} {}", r.site, r.filter, r.skipping);
+        assert_eq!((r.status, r.parity_mismatches), (Status::Ok, Some(0)), "{name}: {:?}", r.error);
+        if r.skipping {
+            assert_eq!(r.skipping_mismatches, Some(0), "{name}");
+            assert!(r.empty_macrocells.unwrap() > 0.0, "{name}");
+        }
+        if r.site == "host" {
+            // 28 × 24 voxels in blocks, in each of 25 slices.
+            assert_eq!(r.resident_bytes, Some(28 * 24 * 25 / 2), "{name}");
+            let hardware = if r.filter == "linear" { "hardware" } else { "manual" };
+            assert_eq!(r.filtering.as_deref(), Some(hardware), "{name}");
+            // Nearest is far from the reference, which is linear.
+            let psnr = if r.filter == "linear" { r.image_psnr_db } else { r.codec_image_psnr_db };
+            assert!(psnr.unwrap() > 40.0, "{name}: {psnr:?}");
+        }
+    }
+}
