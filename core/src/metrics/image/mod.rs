@@ -5,16 +5,22 @@
 //! denominator. Whole-frame values, which divide by all pixels, stand beside.
 //! One file holds one metric, and `list.rs` names them all.
 
+mod flip;
+mod gaussian;
 mod list;
+mod metric;
+mod ms_ssim;
 mod psnr;
 mod ssim;
 #[cfg(test)]
 mod tests;
 
+use self::list::Sums;
+use self::metric::Pair;
 use super::psnr_db;
 use crate::render::Image;
 
-pub use list::figures;
+pub use list::{Against, figures};
 
 /// A pixel is visible above this opacity: half a step of 8 bits, so that it does not round to nothing.
 pub const VISIBLE_ALPHA: f32 = 1.0 / 510.0;
@@ -38,7 +44,7 @@ impl SizeMismatch {
 }
 
 /// Error of a picture against a reference.
-#[derive(Copy, Clone, Debug, PartialEq)]
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct ImageError {
     /// PSNR per visible pixel of the reference, three channels, peak 1; infinite without error.
     pub psnr_db: f64,
@@ -50,6 +56,11 @@ pub struct ImageError {
     pub ssim_whole: f64,
     /// Visible pixels of the reference.
     pub visible_pixels: u64,
+    /// Pixels, of several pictures together.
+    pixels: u64,
+    /// Pixels that errors are divided by: the visible ones, and at least one of each picture.
+    shown: u64,
+    sums: Sums,
 }
 
 impl ImageError {
@@ -75,7 +86,19 @@ impl ImageError {
             psnr_whole_db: psnr_db(squared / (3.0 * pixels), 1.0),
             ssim_whole: 1.0 - dissimilarity / pixels,
             visible_pixels: visible_pixels as u64,
+            pixels: a.len() as u64,
+            shown: visible_pixels.max(1) as u64,
+            sums: Sums::compare(&Pair {
+                size: reference.size().map(|n| n as usize),
+                reference: &a,
+                image: &b,
+            }),
         })
+    }
+
+    /// Columns and values of the further metrics, by what the picture was compared with.
+    pub fn values(&self, against: Against) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+        self.sums.values(against, self.shown as f64, self.pixels as f64)
     }
 }
 
@@ -86,6 +109,7 @@ impl ImageError {
         let (mut visible_pixels, mut pictures) = (0, 0.0);
         let (mut shown, mut squared, mut dissimilarity) = (0.0, 0.0, 0.0);
         let (mut squared_whole, mut dissimilarity_whole) = (0.0, 0.0);
+        let (mut pixels, mut counted, mut sums) = (0, 0, Sums::default());
         let mse = |psnr_db: f64| 10.0_f64.powf(-psnr_db / 10.0);
         for error in errors {
             let weight = error.visible_pixels.max(1) as f64;
@@ -96,6 +120,9 @@ impl ImageError {
             pictures += 1.0;
             squared_whole += mse(error.psnr_whole_db);
             dissimilarity_whole += 1.0 - error.ssim_whole;
+            pixels += error.pixels;
+            counted += error.shown;
+            sums.add(error.sums);
         }
         Self {
             psnr_db: psnr_db(squared / shown, 1.0),
@@ -103,6 +130,9 @@ impl ImageError {
             psnr_whole_db: psnr_db(squared_whole / pictures, 1.0),
             ssim_whole: 1.0 - dissimilarity_whole / pictures,
             visible_pixels,
+            pixels,
+            shown: counted,
+            sums,
         }
     }
 }

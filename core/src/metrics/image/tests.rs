@@ -1,7 +1,35 @@
 //! Tests of what all metrics of pictures share, and of the first of them.
 
+use super::metric::Metric;
 use super::*;
 use crate::metrics::shifted;
+
+/// Two pictures that `tests/picture_metrics.py` paints too, in steps of 1/255: waves of three frequencies, and the same
+/// in fewer steps, with a square that is brighter.
+pub(super) fn painted([width, height]: [u32; 2]) -> [Image; 2] {
+    let wave = |n: i64| (n.rem_euclid(512) - 256).abs().min(255);
+    let pixel = |x: i64, y: i64| [wave(5 * x + 2 * y), wave(3 * x - 4 * y + 80), wave(x * x / 16 + 9 * y)];
+    let coarse = |x: i64, y: i64| {
+        let lift = if x % 40 < 12 && y % 50 < 20 { 24 } else { 0 };
+        pixel(x, y).map(|v| (v / 32 * 32 + 16 + lift).min(255))
+    };
+    let paint = |colour: &dyn Fn(i64, i64) -> [i64; 3]| {
+        let places = (0..i64::from(height)).flat_map(|y| (0..i64::from(width)).map(move |x| (x, y)));
+        let pixels = places.map(|(x, y)| {
+            let [r, g, b] = colour(x, y).map(|v| v as f32 / 255.0);
+            [r, g, b, 1.0]
+        });
+        Image::from_pixels([width, height], pixels.collect()).unwrap()
+    };
+    [paint(&pixel), paint(&coarse)]
+}
+
+/// A metric over the whole frame.
+pub(super) fn whole<M: Metric>(reference: &Image, image: &Image) -> Option<f64> {
+    let (a, b) = (reference.over(BLACK), image.over(BLACK));
+    let size = reference.size().map(|n| n as usize);
+    M::value(&M::compare(&Pair { size, reference: &a, image: &b }), a.len() as f64)
+}
 
 const BLACK: [f32; 3] = [0.0; 3];
 
@@ -111,4 +139,27 @@ fn pooled_pictures_are_one_picture() {
             assert!((pooled - whole).abs() < tolerance, "{pooled} for {whole}");
         }
     }
+}
+
+#[test]
+fn further_metrics_are_divided_by_visible_pixels_too() {
+    let (a, b) = (disc(64), shifted(&disc(64), 1, 0));
+    let error = ImageError::compare(&a, &b, BLACK).unwrap();
+    let values: Vec<_> =
+        error.values(Against::Reference).map(|(name, value)| (name, value.unwrap())).collect();
+    let names: Vec<_> = values.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["image_ms_ssim", "image_ms_ssim_whole", "image_flip", "image_flip_whole"]);
+    let (similar, flip) = ([values[0].1, values[1].1], [values[2].1, values[3].1]);
+    assert!(similar[0] < similar[1] && similar[1] < 1.0, "{similar:?}");
+    let share = 64.0 * 64.0 / error.visible_pixels as f64;
+    assert!((flip[0] - flip[1] * share).abs() < 1e-12 && flip[1] > 0.0, "{flip:?}");
+    let raw: Vec<_> = error.values(Against::Raw).collect();
+    assert_eq!(raw, [("codec_image_ms_ssim", Some(similar[0])), ("codec_image_flip", Some(flip[0]))]);
+    // Twice the same picture is the same.
+    let pooled = ImageError::pooled([error, error].into_iter());
+    for ((_, one), (_, two)) in error.values(Against::Reference).zip(pooled.values(Against::Reference)) {
+        assert!((one.unwrap() - two.unwrap()).abs() < 1e-12);
+    }
+    let equal = ImageError::compare(&a, &a, BLACK).unwrap();
+    assert!(equal.values(Against::Reference).map(|(_, value)| value.unwrap()).eq([1.0, 1.0, 0.0, 0.0]));
 }

@@ -1,10 +1,16 @@
 //! The list of metrics of voxels.
 
+use super::autocorrelation::Autocorrelation;
+use super::block_faces::BlockFaces;
 use super::foreground::Foreground;
+use super::gradient::Gradient;
+use super::histogram::Histogram;
 use super::max_abs::MaxAbs;
+use super::mean_abs::MeanAbs;
 use super::metric::{Metric, Subject};
-use super::psnr::Psnr;
+use super::percentile::Percentile;
 use super::slab::Slab;
+use super::squared_error::Squared;
 use crate::metrics::Figure;
 
 /// Writes a struct of all metrics, one of their sums and one of their outcomes, each with a field per metric.
@@ -63,9 +69,15 @@ macro_rules! metrics {
 }
 
 metrics! {
-    psnr: Psnr,
+    squared: Squared,
     foreground: Foreground,
     max_abs: MaxAbs,
+    mean_abs: MeanAbs,
+    percentile: Percentile,
+    autocorrelation: Autocorrelation,
+    gradient: Gradient,
+    block_faces: BlockFaces,
+    histogram: Histogram,
 }
 
 /// Every figure of voxels.

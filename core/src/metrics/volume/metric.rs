@@ -1,6 +1,7 @@
 //! What a metric of voxels is.
 
 use super::slab::Slab;
+use crate::codec::Block;
 use crate::metrics::Figure;
 use crate::volume::{BrickSource, FiniteVolume, VolumeLayout};
 
@@ -9,6 +10,8 @@ use crate::volume::{BrickSource, FiniteVolume, VolumeLayout};
 pub(super) struct Subject<'a> {
     /// The original.
     pub(super) reference: &'a FiniteVolume,
+    /// The codec's block, where it has one.
+    pub(super) block: Option<Block>,
 }
 
 impl Subject<'_> {

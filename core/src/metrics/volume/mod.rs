@@ -5,12 +5,19 @@
 //! value that is no number is infinitely wrong. Conventions are the same as those of the peer measurements this
 //! software is compared with. One file holds one metric, and `list.rs` names them all.
 
+mod autocorrelation;
+mod block_faces;
 mod foreground;
+mod gradient;
+mod histogram;
+pub mod isosurface;
 mod list;
 mod max_abs;
+mod mean_abs;
 mod metric;
-mod psnr;
+mod percentile;
 mod slab;
+mod squared_error;
 #[cfg(test)]
 mod tests;
 
@@ -19,10 +26,16 @@ use rayon::prelude::*;
 use self::list::{All, COUNT, Outcomes, Sums};
 use self::metric::Subject;
 use self::slab::{SLICES, Slab};
-use super::psnr_db;
+use super::{Figure, psnr_db};
+use crate::codec::Block;
 use crate::volume::{BrickSource, FiniteVolume, FrameIndex};
 
-pub use list::figures;
+pub use histogram::{ErrorBin, ErrorHistogram};
+
+/// Every figure of voxels.
+pub fn figures() -> impl Iterator<Item = &'static Figure> {
+    list::figures().chain(isosurface::FIGURES)
+}
 
 /// Error of a decoded volume, over all frames and channels.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -37,7 +50,7 @@ pub struct VolumeError {
     pub mse: f64,
     /// PSNR of red, green and blue, each with the volume's own peak; of a scalar volume `None`.
     pub channel_psnr_db: [Option<f64>; 3],
-    /// Every figure, in the order of [`figures`].
+    /// Every figure of the list, in its order.
     values: [Option<f64>; COUNT],
 }
 
@@ -54,7 +67,7 @@ impl VolumeError {
     /// The value of a figure; `None` where it is not defined, or there is no figure of this name.
     #[must_use]
     pub fn value(&self, name: &str) -> Option<f64> {
-        figures().zip(self.values).find(|(figure, _)| figure.name == name)?.1
+        list::figures().zip(self.values).find(|(figure, _)| figure.name == name)?.1
     }
 
     /// Compares all frames of a decoded volume with the original.
@@ -66,7 +79,7 @@ impl VolumeError {
         reference: &FiniteVolume,
         decoded: impl IntoIterator<Item = F>,
     ) -> VolumeError {
-        let mut comparison = VolumeComparison::new(reference);
+        let mut comparison = VolumeComparison::new(reference, None);
         for frame in decoded {
             comparison.add_frame(frame.as_ref());
         }
@@ -89,10 +102,10 @@ impl std::fmt::Debug for VolumeComparison<'_> {
 }
 
 impl<'a> VolumeComparison<'a> {
-    /// Finds what the original alone decides, such as its modal value.
+    /// Finds what the original alone decides, such as its modal value. `block` is that of the codec, where it has one.
     #[must_use]
-    pub fn new(reference: &'a FiniteVolume) -> Self {
-        let subject = Subject { reference };
+    pub fn new(reference: &'a FiniteVolume, block: Option<Block>) -> Self {
+        let subject = Subject { reference, block };
         Self { subject, metrics: All::new(&subject), frames: 0, sums: Sums::default() }
     }
 
@@ -115,7 +128,7 @@ impl<'a> VolumeComparison<'a> {
         for slab in slabs {
             self.metrics.add(&mut frame, slab);
         }
-        let mse = frame.psnr.all / layout.samples_per_frame() as f64;
+        let mse = frame.squared.all / layout.samples_per_frame() as f64;
         let error =
             FrameError { psnr_db: psnr_db(mse, reference.range().span()), max_abs_error: frame.max_abs };
         self.metrics.add(&mut self.sums, frame);
@@ -123,21 +136,31 @@ impl<'a> VolumeComparison<'a> {
         error
     }
 
-    /// The error over all frames.
+    /// The error over all frames, without the histogram.
     ///
     /// # Panics
     /// When a frame of the original has not been compared.
     #[must_use]
     pub fn finish(self) -> VolumeError {
+        self.finish_with_histogram().0
+    }
+
+    /// The error over all frames, and how many samples have which.
+    ///
+    /// # Panics
+    /// When a frame of the original has not been compared.
+    #[must_use]
+    pub fn finish_with_histogram(self) -> (VolumeError, ErrorHistogram) {
         assert_eq!(self.frames, self.subject.layout().frames, "compared frames");
         let outcomes: Outcomes = self.metrics.finish(&self.subject, self.sums);
-        VolumeError {
-            psnr_db: outcomes.psnr.psnr_db,
+        let error = VolumeError {
+            psnr_db: outcomes.squared.psnr_db,
             foreground_psnr_db: outcomes.foreground,
             max_abs_error: outcomes.max_abs,
-            mse: outcomes.psnr.mse,
-            channel_psnr_db: outcomes.psnr.channel_psnr_db,
+            mse: outcomes.squared.mse,
+            channel_psnr_db: outcomes.squared.channel_psnr_db,
             values: outcomes.values(),
-        }
+        };
+        (error, outcomes.histogram)
     }
 }

@@ -16,6 +16,8 @@ pub(super) struct Slab<'a> {
     pub(super) extent: [usize; 3],
     /// Samples per voxel.
     pub(super) channels: usize,
+    /// Number of the first own slice in its frame.
+    pub(super) first: usize,
     /// Slices in `errors` before the first own one: 0 or 1.
     before: usize,
 }
@@ -37,6 +39,7 @@ impl<'a> Slab<'a> {
             errors: pairs.map(|(original, decoded)| judge.error(*original, *decoded)).collect(),
             extent: [x, y, end - first],
             channels,
+            first,
             before: first - from,
         }
     }
@@ -50,6 +53,56 @@ impl<'a> Slab<'a> {
     pub(super) fn errors(&self) -> &[f64] {
         let from = self.before * self.slice_len();
         &self.errors[from..from + self.original.len()]
+    }
+
+    /// One slice of errors: own ones from 0; −1 and the one after the last where the frame has them.
+    fn slice(&self, z: isize) -> Option<&[f64]> {
+        let at = usize::try_from(z + self.before as isize).ok()? * self.slice_len();
+        self.errors.get(at..at + self.slice_len())
+    }
+
+    /// Runs of errors and of their next neighbours along an axis, of the same channel and of equal length, with the
+    /// position of the first error of the run along that axis. Along x positions rise by 1 every `channels` errors;
+    /// along y and z they stay. Each pair comes once, in the slab that owns its first error.
+    pub(super) fn neighbours(&self, axis: usize) -> impl Iterator<Item = (usize, &[f64], &[f64])> {
+        let [x, y, z] = self.extent;
+        let row = x * self.channels;
+        let step = [self.channels, row, 0][axis];
+        (0..z).flat_map(move |k| {
+            let slice = self.slice(k as isize).unwrap_or_default();
+            let next = if axis == 2 { self.slice(k as isize + 1).unwrap_or_default() } else { slice };
+            let rows = match axis {
+                1 => y - 1,
+                2 if next.is_empty() => 0,
+                _ => y,
+            };
+            (0..rows).map(move |v| {
+                let (at, len) = (v * row, if axis == 0 { row - step } else { row });
+                let position = [0, v, self.first + k][axis];
+                (position, &slice[at..at + len], &next[at + step..at + step + len])
+            })
+        })
+    }
+
+    /// Runs of errors before and after along an axis, two voxels apart, around each voxel that has both neighbours.
+    pub(super) fn around(&self, axis: usize) -> impl Iterator<Item = (&[f64], &[f64])> {
+        let [x, y, z] = self.extent;
+        let row = x * self.channels;
+        let step = [2 * self.channels, 2 * row, 0][axis];
+        (0..z as isize).flat_map(move |k| {
+            let beside = |offset| self.slice(k + offset).unwrap_or_default();
+            let (before, after) = if axis == 2 { (beside(-1), beside(1)) } else { (beside(0), beside(0)) };
+            let rows = match axis {
+                1 => y.saturating_sub(2),
+                2 if before.is_empty() || after.is_empty() => 0,
+                _ => y,
+            };
+            (0..rows).map(move |v| {
+                let (at, len) = (v * row, if axis == 0 { row.saturating_sub(step) } else { row });
+                let after_from = (at + step).min(after.len());
+                (&before[at..at + len], &after[after_from..after_from + len])
+            })
+        })
     }
 
     /// Sample indices of the blocks of 4³ voxels of one channel, cut at the volume's edge, and that channel.
@@ -84,12 +137,19 @@ impl Judge {
     }
 
     fn error(self, original: f32, decoded: f32) -> f64 {
+        // What is no number is infinitely wrong.
+        if decoded.is_nan() {
+            return f64::INFINITY;
+        }
         let mut value = f64::from(decoded);
         if self.integer {
-            value = value.round().clamp(f64::from(self.range.min), f64::from(self.range.max));
+            value = value.clamp(f64::from(self.range.min), f64::from(self.range.max));
+            // To the nearest, halves away from zero, as `f64::round`, which is a call where the processor has none; the
+            // range of an integer type fits.
+            let whole = f64::from(value as i32);
+            let rest = value - whole;
+            value = whole + f64::from(i8::from(rest >= 0.5) - i8::from(rest <= -0.5));
         }
-        let error = value - f64::from(original);
-        // What is no number is infinitely wrong.
-        if error.is_nan() { f64::INFINITY } else { error }
+        value - f64::from(original)
     }
 }

@@ -9,6 +9,33 @@ fn volume(extent: [u32; 3], samples: Samples, frames: u32) -> FiniteVolume {
     FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
 }
 
+/// What is compared when each sample of a constant volume of floats is off by so much.
+fn compared(layout: VolumeLayout, errors: &[f32], block: Option<&str>) -> (VolumeError, ErrorHistogram) {
+    let samples = Samples::F32(vec![0.0; errors.len()]);
+    let original = FiniteVolume::new(DenseVolume::new(layout, samples).unwrap());
+    let mut comparison = VolumeComparison::new(&original, block.map(|block| block.parse().unwrap()));
+    comparison.add_frame(errors);
+    comparison.finish_with_histogram()
+}
+
+/// The error when each voxel of a scalar volume of floats is off by so much; `block` is that of the codec.
+pub(super) fn error_of(extent: [u32; 3], errors: &[f32], block: Option<&str>) -> VolumeError {
+    let extent = Extent::try_from(extent).unwrap();
+    compared(VolumeLayout::scalar(extent, SampleType::F32), errors, block).0
+}
+
+/// The same of three channels.
+pub(super) fn error_of_channels(extent: [u32; 3], errors: &[f32]) -> VolumeError {
+    let extent = Extent::try_from(extent).unwrap();
+    compared(VolumeLayout { channels: 3, ..VolumeLayout::scalar(extent, SampleType::F32) }, errors, None).0
+}
+
+/// The histogram of a scalar volume whose voxels are off by so much.
+pub(super) fn histogram_of(extent: [u32; 3], errors: &[f32]) -> ErrorHistogram {
+    let extent = Extent::try_from(extent).unwrap();
+    compared(VolumeLayout::scalar(extent, SampleType::F32), errors, None).1
+}
+
 fn values(volume: &FiniteVolume) -> Vec<f32> {
     volume.dense().frame_values(FrameIndex::FIRST)
 }
@@ -40,7 +67,7 @@ fn channels_and_frames_have_errors_of_their_own() {
     let mut frames = [0, 1].map(|frame| original.dense().frame_values(FrameIndex(frame)));
     // Green of one voxel of the second frame.
     frames[1][3 * 7 + 1] += if frames[1][3 * 7 + 1] > 100.0 { -3.0 } else { 3.0 };
-    let mut comparison = VolumeComparison::new(&original);
+    let mut comparison = VolumeComparison::new(&original, None);
     assert_eq!(comparison.add_frame(&frames[0]), FrameError { psnr_db: f64::INFINITY, max_abs_error: 0.0 });
     let second = comparison.add_frame(&frames[1]);
     assert!(second.psnr_db.is_finite() && second.max_abs_error == 3.0);
@@ -130,9 +157,20 @@ fn frames_add_up_and_threads_do_not_matter() {
     let frames = [decode(0), decode(1)];
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| VolumeError::compare(&original, &frames))
+        pool.install(|| {
+            let mut comparison = VolumeComparison::new(&original, Some("4".parse().unwrap()));
+            frames.iter().for_each(|frame| {
+                comparison.add_frame(frame);
+            });
+            comparison.finish_with_histogram()
+        })
     };
-    let (one, four) = (on(1), on(4));
+    let ((one, counted), (four, again)) = (on(1), on(4));
+    assert_eq!(counted, again);
+    for figure in list::figures().filter(|figure| !figure.name.contains("psnr_")) {
+        let [one, four] = [&one, &four].map(|error| error.value(figure.name).map(f64::to_bits));
+        assert!(one.is_some() && one == four, "{}", figure.name);
+    }
     assert_eq!(one.mse.to_bits(), four.mse.to_bits());
     assert_eq!(one, four);
     let first = VolumeError::compare(&volume([9, 10, 11], Samples::U8(noise(n)), 1), [decode(0)]);

@@ -1,4 +1,4 @@
-//! Mean squared error and PSNR, of all samples and of each colour.
+//! Squared error: RMSE, and PSNR of all samples and of each colour.
 //!
 //! The peak is max − min of the whole original, over all frames and channels. A constant original has no peak: its PSNR
 //! is infinite when all is equal, and else taken at peak 1.
@@ -8,7 +8,7 @@ use super::slab::Slab;
 use crate::metrics::{Better, Figure, psnr_db};
 
 /// Sums of squares, in the order of blocks.
-pub(super) struct Psnr;
+pub(super) struct Squared;
 
 /// Of all samples, and of those of each channel.
 #[derive(Copy, Clone, Debug, Default)]
@@ -34,7 +34,7 @@ const fn psnr(
     Figure { name, heading, axis, unit: "dB", better: Better::Higher, definition }
 }
 
-impl Metric for Psnr {
+impl Metric for Squared {
     const FIGURES: &'static [Figure] = &[
         psnr(
             "psnr_db",
@@ -50,6 +50,14 @@ impl Metric for Psnr {
         ),
         psnr("psnr_green_db", "PSNR of green, dB", "PSNR of green, dB", "of green"),
         psnr("psnr_blue_db", "PSNR of blue, dB", "PSNR of blue, dB", "of blue"),
+        Figure {
+            name: "rmse",
+            heading: "RMSE",
+            axis: "RMSE of the voxels, data units",
+            unit: "data units",
+            better: Better::Lower,
+            definition: "root of the mean of e² over all samples",
+        },
     ];
     type Sums = Squares;
     type Outcome = SquaredError;
@@ -85,6 +93,20 @@ impl Metric for Psnr {
     }
 
     fn values(outcome: &SquaredError) -> Vec<Option<f64>> {
-        std::iter::once(Some(outcome.psnr_db)).chain(outcome.channel_psnr_db).collect()
+        let rmse = Some(outcome.mse.sqrt());
+        std::iter::once(Some(outcome.psnr_db)).chain(outcome.channel_psnr_db).chain([rmse]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::metrics::volume::tests::error_of;
+
+    #[test]
+    fn rmse_is_the_root_of_the_mean_square() {
+        // (9 + 16 + 0 + 0) / 4 = 6.25.
+        assert_eq!(error_of([4, 1, 1], &[3.0, -4.0, 0.0, 0.0], None).value("rmse"), Some(2.5));
+        assert_ne!(error_of([4, 1, 1], &[3.0, -4.0, 0.0, 0.1], None).value("rmse"), Some(2.5));
+        assert_eq!(error_of([2, 1, 1], &[f32::NAN, 0.0], None).value("rmse"), Some(f64::INFINITY));
     }
 }
