@@ -17,6 +17,7 @@ mod host {
     mod golden_files;
     mod kills;
     mod manifest;
+    mod metrics;
     mod one_cell;
     mod opacity;
     mod other_readers;

@@ -1,7 +1,7 @@
 //! `cells/<id>.json`: one record, and what tells whether it may stand for a run of its cell.
 //!
 //! The file is the record as `results.json` holds it, with three fields more: `key` ([`super::key`]), `pictures`
-//! (BLAKE3 of every file that belongs to it, its references among them), and `not_finite` (PSNR values that JSON
+//! (BLAKE3 of every file that belongs to it, its references among them), and `not_finite` (values that JSON
 //! has no number for, so that a record comes back as it was).
 
 use std::collections::BTreeMap;
@@ -45,12 +45,12 @@ impl CellFile {
     ) -> Self {
         let paths = of_cell(&record).into_iter().chain(references.into_iter().map(str::to_owned));
         let pictures = paths.filter_map(|path| hash(&folder.join(&path)).map(|hash| (path, hash))).collect();
-        let not_finite = psnrs(&mut record)
-            .into_iter()
-            .filter_map(|(name, value)| {
-                value.filter(|v| !v.is_finite()).map(|v| (name.to_owned(), v.to_string()))
-            })
-            .collect();
+        let mut not_finite = BTreeMap::new();
+        each_unbounded(&mut record, |name, value| {
+            if let Some(value) = value.filter(|v| !v.is_finite()) {
+                not_finite.insert(name.to_owned(), value.to_string());
+            }
+        });
         Self { record, key, pictures, not_finite }
     }
 
@@ -70,12 +70,14 @@ impl CellFile {
     pub fn read(path: &Path) -> Option<Self> {
         let mut file: Self = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
         let Self { record, not_finite, .. } = &mut file;
-        for (name, value) in psnrs(record) {
+        let mut whole = true;
+        each_unbounded(record, |name, value| {
             if let Some(text) = not_finite.get(name) {
-                *value = Some(text.parse().ok()?);
+                *value = text.parse().ok();
+                whole &= value.is_some();
             }
-        }
-        Some(file)
+        });
+        whole.then_some(file)
     }
 
     /// The file of `cell` in `folder`, where it may stand for a run: same key, ended well, pictures as they were.
@@ -111,7 +113,7 @@ pub fn hash(path: &Path) -> Option<String> {
     std::fs::read(path).ok().map(|bytes| blake3::hash(&bytes).to_hex().to_string())
 }
 
-/// The figures that identical data make infinite.
+/// The PSNRs, which identical data make infinite.
 fn psnrs(record: &mut Record) -> [(&'static str, &mut Option<f64>); 8] {
     [
         ("psnr_db", &mut record.psnr_db),
@@ -123,6 +125,12 @@ fn psnrs(record: &mut Record) -> [(&'static str, &mut Option<f64>); 8] {
         ("psnr_green_db", &mut record.psnr_green_db),
         ("psnr_blue_db", &mut record.psnr_blue_db),
     ]
+}
+
+/// Calls with each figure that may be infinite: the PSNRs and those that are listed.
+fn each_unbounded(record: &mut Record, mut each: impl FnMut(&'static str, &mut Option<f64>)) {
+    psnrs(record).into_iter().for_each(|(name, value)| each(name, value));
+    record.figures_mut().into_iter().for_each(|(name, value)| each(name, value));
 }
 
 #[cfg(test)]
@@ -142,6 +150,8 @@ mod tests {
             codec_image_psnr_db: Some(0.1 + 0.2),
             encode_seconds: Some(1.234_567_890_123_456_7e-5),
             voxels: u64::MAX,
+            block_discontinuity: Some(f64::INFINITY),
+            image_flip: Some(0.125),
             ..record("v", "raw")
         };
         let written = CellFile::new(lossless.clone(), Some("k".to_owned()), folder.path(), []);

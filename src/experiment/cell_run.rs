@@ -1,6 +1,7 @@
 //! One cell: its frames, and what they come to.
 
 use cvr_core::codec::Site;
+use cvr_core::metrics;
 use cvr_core::pipeline::{Cell, FrameRange};
 use cvr_core::volume::{BrickSource, FiniteVolume};
 
@@ -9,7 +10,7 @@ use super::frame_run::FrameRun;
 use super::record::Record;
 use super::stage::Stage;
 use super::target::Target;
-use super::{frame_figures, pool};
+use super::{error_histogram, frame_figures, pool, surfaces};
 
 /// A record with all that is known of a cell before it runs; it says *failed* until it has run.
 #[must_use]
@@ -54,6 +55,9 @@ pub fn record_encoding(record: &mut Record, encoded: &Encoded) {
     record.max_abs_error = Some(encoded.error.max_abs_error);
     record.error_bound = encoded.error_bound;
     [record.psnr_red_db, record.psnr_green_db, record.psnr_blue_db] = encoded.error.channel_psnr_db;
+    for figure in metrics::figures() {
+        record.enter(figure.name, encoded.error.value(figure.name));
+    }
     for note in &encoded.notes {
         record.remark(note);
     }
@@ -81,8 +85,11 @@ pub fn run(record: &mut Record, run: &FrameRun<'_>, stage: &mut Stage<'_>) -> Re
         }
     }
     pool::enter(record, &frames, &errors);
-    result?;
     let encoded = run.shared.encoded();
+    let path = error_histogram::write(run.folder, &run.cell.id(), &encoded.histogram);
+    record.error_histogram = Some(path.map_err(|e| e.to_string())?);
+    result?;
+    surfaces::enter(record, run.shared, stage)?;
     if encoded.frame_errors.len() > 1 {
         let figures = frame_figures::figures(&encoded.frame_errors, &frames);
         let path = frame_figures::write(run.folder, &run.cell.id(), &figures).map_err(|e| e.to_string())?;

@@ -4,9 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use cvr_core::codec::{Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_stages, encode_file};
+use cvr_core::codec::{
+    Block, Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_stages, encode_file,
+};
 use cvr_core::container::EncodedVolume;
-use cvr_core::metrics::{FrameError, VolumeComparison, VolumeError};
+use cvr_core::metrics::{ErrorHistogram, FrameError, VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, Level, NoReferences, Region};
 
@@ -31,6 +33,10 @@ pub struct Encoded {
     pub error: VolumeError,
     /// Error of each frame.
     pub frame_errors: Vec<FrameError>,
+    /// How many samples of all frames have which error.
+    pub histogram: Arc<ErrorHistogram>,
+    /// The codec's block, where it has one.
+    block: Option<Block>,
     /// The encoder's promise, which is for all stages; `None` where not all were decoded.
     pub error_bound: Option<f64>,
     /// Remarks of the encoder.
@@ -63,8 +69,9 @@ pub fn encode(
     let decoder: Arc<dyn Decoder> = codec.decoder(stream.clone()).map_err(|e| e.to_string())?.into();
     let report = &stream.spec().report;
     let level = Level::FULL;
-    let Decoded { frame, decode_seconds, error, frame_errors, outside } =
-        decode(decoder.as_ref(), level, volume)?;
+    let block = codec.block(settings);
+    let Decoded { frame, decode_seconds, error, frame_errors, histogram, outside } =
+        decode(decoder.as_ref(), level, volume, block)?;
     Ok(Encoded {
         decoder,
         level,
@@ -73,6 +80,8 @@ pub fn encode(
         decode_seconds,
         error,
         frame_errors,
+        histogram,
+        block,
         error_bound: report.error_bound,
         notes: report.notes.clone(),
         macrocells: LazyRanges::default(),
@@ -88,12 +97,18 @@ struct Decoded {
     decode_seconds: f64,
     error: VolumeError,
     frame_errors: Vec<FrameError>,
+    histogram: Arc<ErrorHistogram>,
     outside: Option<String>,
 }
 
 /// Decodes every frame at a level, and compares it with the volume.
-fn decode(decoder: &dyn Decoder, level: Level, volume: &FiniteVolume) -> Result<Decoded, String> {
-    let mut comparison = VolumeComparison::new(volume);
+fn decode(
+    decoder: &dyn Decoder,
+    level: Level,
+    volume: &FiniteVolume,
+    block: Option<Block>,
+) -> Result<Decoded, String> {
+    let mut comparison = VolumeComparison::new(volume, block);
     let mut frame_errors = Vec::new();
     let (mut first, mut outside) = (None, None);
     let mut decode_seconds = 0.0;
@@ -108,7 +123,8 @@ fn decode(decoder: &dyn Decoder, level: Level, volume: &FiniteVolume) -> Result<
         }
     }
     let frame = Arc::new(first.ok_or("the stream holds no whole frame")?);
-    Ok(Decoded { frame, decode_seconds, error: comparison.finish(), frame_errors, outside })
+    let (error, histogram) = comparison.finish_with_histogram();
+    Ok(Decoded { frame, decode_seconds, error, frame_errors, histogram: Arc::new(histogram), outside })
 }
 
 /// What a value of a frame says that lies outside the range that the decoder promises.
@@ -142,14 +158,15 @@ impl Encoded {
     /// # Errors
     /// A sentence, when decoding fails.
     pub fn at(&self, level: Level, volume: &FiniteVolume) -> Result<Self, String> {
-        let Decoded { frame, decode_seconds, error, frame_errors, outside } =
-            decode(self.decoder.as_ref(), level, volume)?;
+        let Decoded { frame, decode_seconds, error, frame_errors, histogram, outside } =
+            decode(self.decoder.as_ref(), level, volume, self.block)?;
         Ok(Self {
             decoder: self.decoder.clone(),
             level,
             decode_seconds,
             error,
             frame_errors,
+            histogram,
             error_bound: self.error_bound.filter(|_| level == Level::FULL),
             notes: self.notes.clone(),
             macrocells: LazyRanges::default(),

@@ -8,6 +8,8 @@ use super::record::Record;
 pub const IMAGES: &str = "images";
 /// Folder of the figures of single frames.
 pub const FRAMES: &str = "frames";
+/// Folder of the histograms of errors.
+pub const ERRORS: &str = "errors";
 
 /// Endings of pictures, the longer first.
 const ENDINGS: [&str; 2] = [".error.png", ".png"];
@@ -26,12 +28,12 @@ pub fn of_frames(first: &str, record: &Record) -> Vec<String> {
     std::iter::once(first.to_owned()).chain(later).collect()
 }
 
-/// All files of a cell: pictures, pictures of errors, and the figures of its frames.
+/// All files of a cell: pictures, pictures of errors, the figures of its frames, and the histogram of its errors.
 #[must_use]
 pub fn of_cell(record: &Record) -> Vec<String> {
     let pictures = [&record.image, &record.error_image].into_iter().flatten();
-    let figures = record.frame_figures.clone();
-    pictures.flat_map(|first| of_frames(first, record)).chain(figures).collect()
+    let tables = [&record.frame_figures, &record.error_histogram].into_iter().flatten().cloned();
+    pictures.flat_map(|first| of_frames(first, record)).chain(tables).collect()
 }
 
 #[cfg(test)]
@@ -46,6 +48,7 @@ mod tests {
             image: Some("images/a.b.png".to_owned()),
             error_image: Some("images/a.b.error.png".to_owned()),
             frame_figures: Some("frames/a.b.csv".to_owned()),
+            error_histogram: Some("errors/a.b.csv".to_owned()),
             ..Record::default()
         };
         let expected = [
@@ -56,6 +59,7 @@ mod tests {
             "images/a.b.f0009.error.png",
             "images/a.b.f0010.error.png",
             "frames/a.b.csv",
+            "errors/a.b.csv",
         ];
         assert_eq!(of_cell(&record), expected);
         assert_eq!(of_cell(&Record::default()), [""; 0]);

@@ -4,7 +4,7 @@ use std::fs::{File, TryLockError};
 use std::path::Path;
 
 use super::cell_file::CELLS;
-use super::files::{FRAMES, IMAGES};
+use super::files::{ERRORS, FRAMES, IMAGES};
 
 /// Folder of the charts, below the report's.
 pub const CHARTS: &str = "charts";
@@ -38,7 +38,7 @@ pub fn clear(folder: &Path) -> Result<(), String> {
     for name in ["report.html", "results.csv", "results.json"] {
         let _ = std::fs::remove_file(folder.join(name));
     }
-    for name in [IMAGES, FRAMES, CELLS, CHARTS] {
+    for name in [IMAGES, FRAMES, ERRORS, CELLS, CHARTS] {
         let _ = std::fs::remove_dir_all(folder.join(name));
     }
     prepare(folder)
@@ -53,7 +53,7 @@ pub fn prepare(folder: &Path) -> Result<(), String> {
         let folder = folder.join(name);
         std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
-    let below = [IMAGES, FRAMES, CELLS, CHARTS].map(|name| folder.join(name));
+    let below = [IMAGES, FRAMES, ERRORS, CELLS, CHARTS].map(|name| folder.join(name));
     for folder in below.into_iter().chain([folder.to_owned()]) {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
             if is_temporary(&entry.file_name().to_string_lossy()) {

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use cvr_core::codec::Site;
-use cvr_core::metrics::{ImageError, error_picture};
+use cvr_core::metrics::{Against, ImageError, error_picture};
 use cvr_core::pipeline::Cell;
 use cvr_core::render::{Image, write_png};
 use cvr_core::volume::FrameIndex;
@@ -145,5 +145,8 @@ impl PictureErrors {
         record.image_ssim_whole = Some(reference.ssim_whole);
         record.codec_image_psnr_db = Some(raw.psnr_db);
         record.codec_image_ssim = Some(raw.ssim);
+        for (name, value) in reference.values(Against::Reference).chain(raw.values(Against::Raw)) {
+            record.enter(name, value);
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use super::cell_file::{CELLS, CellFile, hash};
-use super::files::{FRAMES, IMAGES, of_cell};
+use super::files::{ERRORS, FRAMES, IMAGES, of_cell};
 use super::machine;
 use super::provenance::{Part, Provenance};
 use super::record::{Record, Status};
@@ -237,6 +237,7 @@ impl Merged {
             (&mut record.image, format!("{IMAGES}/{stem}.png")),
             (&mut record.error_image, format!("{IMAGES}/{stem}.error.png")),
             (&mut record.frame_figures, format!("{FRAMES}/{stem}.csv")),
+            (&mut record.error_histogram, format!("{ERRORS}/{stem}.csv")),
         ];
         for (path, name) in named {
             if path.is_some() {

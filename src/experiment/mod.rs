@@ -4,6 +4,7 @@ pub mod cell_file;
 pub mod cell_run;
 pub mod deferred;
 pub mod encoded;
+pub mod error_histogram;
 pub mod files;
 pub mod folder;
 pub mod frame_figures;
@@ -25,6 +26,7 @@ pub mod shard;
 pub mod shared;
 pub mod skipping;
 pub mod stage;
+pub mod surfaces;
 pub mod target;
 pub mod volumes;
 

@@ -79,12 +79,12 @@ mod tests {
     #[test]
     fn frames_become_one_cell() {
         let mut record = Record { notes: Some("a".to_owned()), ..Record::default() };
-        let errors = |psnr_db, visible_pixels| ImageError {
-            psnr_db,
-            ssim: psnr_db / 40.0,
-            psnr_whole_db: psnr_db,
-            ssim_whole: 1.0,
-            visible_pixels,
+        let errors = |psnr_db, visible_pixels| {
+            let mut error = ImageError::default();
+            (error.psnr_db, error.psnr_whole_db) = (psnr_db, psnr_db);
+            (error.ssim, error.ssim_whole) = (psnr_db / 40.0, 1.0);
+            error.visible_pixels = visible_pixels;
+            error
         };
         let both = |e| PictureErrors { reference: e, raw: e };
         let frames = [frame(2.0, 0, "a; b"), frame(9.0, 3, "a; c"), frame(4.0, 1, "b")];

@@ -14,141 +14,185 @@ pub enum Status {
     Failed,
 }
 
-/// The result of one cell. `None` = not measured or not defined; in CSV an empty field. PSNR of identical data is
-/// infinite: `inf` in CSV, `null` in JSON with `max_abs_error` 0.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// Volume name.
-    pub volume: String,
-    /// Codec id.
-    pub codec: String,
-    /// Settings, `name=value` separated by spaces.
-    pub settings: String,
-    /// Decode site.
-    pub site: String,
-    /// Filter.
-    pub filter: String,
-    /// Renderer: its id, with the settings that differ from the defaults.
-    pub renderer: String,
-    /// Scene name.
-    pub scene: String,
-    /// Adapter name, or `cpu`.
-    pub device: String,
-    /// Driver and its version.
-    pub driver: String,
-    /// How it ended.
-    pub status: Status,
-    /// Why it failed.
-    pub error: Option<String>,
-    /// Voxels of all frames.
-    pub voxels: u64,
-    /// Frames.
-    pub frames: u32,
-    /// Bits of the whole file per voxel.
-    pub bits_per_voxel: Option<f64>,
-    /// Length of the encoded file.
-    pub file_bytes: Option<u64>,
-    /// Bytes in device memory for the volume.
-    pub resident_bytes: Option<u64>,
-    /// Wall seconds to encode.
-    pub encode_seconds: Option<f64>,
-    /// Wall seconds to decode all frames on the CPU.
-    pub decode_seconds: Option<f64>,
-    /// Voxels decoded per wall second on the CPU.
-    pub decode_voxels_per_second: Option<f64>,
-    /// PSNR of the voxels; peak = max − min, integers rounded first.
-    pub psnr_db: Option<f64>,
-    /// The same without 4³ blocks within 2 % of the modal value.
-    pub foreground_psnr_db: Option<f64>,
-    /// Largest difference of a voxel, integers rounded first.
-    pub max_abs_error: Option<f64>,
-    /// The codec's promise for it.
-    pub error_bound: Option<f64>,
-    /// PSNR of the picture against the reference (uncompressed, manual linear), per visible pixel.
-    pub image_psnr_db: Option<f64>,
-    /// SSIM against the reference, per visible pixel.
-    pub image_ssim: Option<f64>,
-    /// PSNR against raw under the same site and filter.
-    pub codec_image_psnr_db: Option<f64>,
-    /// SSIM against raw under the same site and filter.
-    pub codec_image_ssim: Option<f64>,
-    /// Median frame time.
-    pub frame_ms: Option<f64>,
-    /// Interquartile range of the frame time.
-    pub frame_ms_iqr: Option<f64>,
-    /// Median process CPU time per frame.
-    pub frame_cpu_ms: Option<f64>,
-    /// Which clock `frame_ms` used: `timestamp` or `wall`.
-    pub frame_clock: Option<String>,
-    /// Median of the paired ratio to raw texture + hardware linear.
-    pub relative_frame_time: Option<f64>,
-    /// The picture, relative to the report.
-    pub image: Option<String>,
-    /// Whole-frame PSNR of the picture.
-    pub image_psnr_whole_db: Option<f64>,
-    /// Whole-frame SSIM of the picture.
-    pub image_ssim_whole: Option<f64>,
-    /// The error picture, relative to the report.
-    pub error_image: Option<String>,
-    /// `hardware` or `manual`: who interpolated.
-    pub filtering: Option<String>,
-    /// Interquartile range of the paired ratio.
-    pub relative_frame_time_iqr: Option<f64>,
-    /// Pairs that were timed.
-    pub frame_pairs: Option<u32>,
-    /// Samples on which the generated shader, or a texture unit that decodes blocks, and the CPU decoder disagree beyond
-    /// what is stated of them.
-    pub parity_mismatches: Option<u64>,
-    /// NaN, infinite and subnormal samples replaced before encoding.
-    pub replaced_samples: u64,
-    /// Remarks, separated by `; `.
-    pub notes: Option<String>,
-    /// Median time in which the device decodes the frame into a texture, at the site *deferred*; by the device's
-    /// timestamps where all runs have believable ones, else by the wall clock. `frame_ms` does not hold it. Cells of one
-    /// codec and its settings share the decode, and so this figure.
-    pub device_decode_ms: Option<f64>,
-    /// Bytes on the device while it decodes that frame: those of `resident_bytes`, scratch buffers, and the buffer
-    /// through which texels go into the texture. Staging for uploads is not counted.
-    pub device_decode_bytes: Option<u64>,
-    /// Whether empty macrocells are skipped. The columns that follow are those of such cells.
-    #[serde(default)]
-    pub skipping: bool,
-    /// What skipping gains: median of the paired ratio of the frame time without it to that with it.
-    pub skipping_gain: Option<f64>,
-    /// Interquartile range of that ratio.
-    pub skipping_gain_iqr: Option<f64>,
-    /// Share of macrocells that show nothing in this scene, `0.0..=1.0`.
-    pub empty_macrocells: Option<f64>,
-    /// Pixels in which the picture differs, in any bit, from that without skipping; any fails the cell.
-    pub skipping_mismatches: Option<u64>,
-    /// Wall seconds on the CPU to decode the first frame macrocell by macrocell for the ranges of its values, once per
-    /// volume, codec and settings. No frame time holds it.
-    pub macrocell_seconds: Option<f64>,
-    /// Stages of the stream that were decoded, of those that it has; `None` for all. Errors and times are those of this
-    /// level; the file, and so its rate, is that of all stages.
-    #[serde(default)]
-    pub stages: Option<u8>,
-    /// PSNR of red, green and blue, with the peak of the whole volume; of colour volumes alone.
-    pub psnr_red_db: Option<f64>,
-    /// Of green.
-    pub psnr_green_db: Option<f64>,
-    /// Of blue.
-    pub psnr_blue_db: Option<f64>,
-    /// First frame that is drawn, counted from 0.
-    #[serde(default)]
-    pub first_frame: u32,
-    /// Last frame that is drawn. Of several, errors of pictures are pooled, times are medians.
-    #[serde(default)]
-    pub last_frame: u32,
-    /// The figures of the single frames, relative to the report; of volumes of several frames alone.
-    pub frame_figures: Option<String>,
+/// Writes [`Record`]; the figures that are listed stand behind all other columns.
+macro_rules! record {
+    ($($figure:ident)*) => {
+        /// The result of one cell. `None` = not measured or not defined; in CSV an empty field. PSNR of identical data is
+        /// infinite: `inf` in CSV, `null` in JSON with `max_abs_error` 0.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        pub struct Record {
+            /// Volume name.
+            pub volume: String,
+            /// Codec id; behind a colon its setting `name`, if it has one (`external:sz3`).
+            pub codec: String,
+            /// Settings, `name=value` separated by spaces.
+            pub settings: String,
+            /// Decode site.
+            pub site: String,
+            /// Filter.
+            pub filter: String,
+            /// Renderer: its id, with the settings that differ from the defaults.
+            pub renderer: String,
+            /// Scene name.
+            pub scene: String,
+            /// Adapter name, or `cpu`.
+            pub device: String,
+            /// Driver and its version.
+            pub driver: String,
+            /// How it ended.
+            pub status: Status,
+            /// Why it failed.
+            pub error: Option<String>,
+            /// Voxels of all frames.
+            pub voxels: u64,
+            /// Frames.
+            pub frames: u32,
+            /// Bits of the whole file per voxel.
+            pub bits_per_voxel: Option<f64>,
+            /// Length of the encoded file.
+            pub file_bytes: Option<u64>,
+            /// Bytes in device memory for the volume.
+            pub resident_bytes: Option<u64>,
+            /// Wall seconds to encode.
+            pub encode_seconds: Option<f64>,
+            /// Wall seconds to decode all frames on the CPU.
+            pub decode_seconds: Option<f64>,
+            /// Voxels decoded per wall second on the CPU.
+            pub decode_voxels_per_second: Option<f64>,
+            /// PSNR of the voxels; peak = max − min, integers rounded first.
+            pub psnr_db: Option<f64>,
+            /// The same without 4³ blocks within 2 % of the modal value.
+            pub foreground_psnr_db: Option<f64>,
+            /// Largest difference of a voxel, integers rounded first.
+            pub max_abs_error: Option<f64>,
+            /// The codec's promise for it.
+            pub error_bound: Option<f64>,
+            /// PSNR of the picture against the reference (uncompressed, manual linear), per visible pixel.
+            pub image_psnr_db: Option<f64>,
+            /// SSIM against the reference, per visible pixel.
+            pub image_ssim: Option<f64>,
+            /// PSNR against raw under the same site and filter.
+            pub codec_image_psnr_db: Option<f64>,
+            /// SSIM against raw under the same site and filter.
+            pub codec_image_ssim: Option<f64>,
+            /// Median frame time.
+            pub frame_ms: Option<f64>,
+            /// Interquartile range of the frame time.
+            pub frame_ms_iqr: Option<f64>,
+            /// Median process CPU time per frame.
+            pub frame_cpu_ms: Option<f64>,
+            /// Which clock `frame_ms` used: `timestamp` or `wall`.
+            pub frame_clock: Option<String>,
+            /// Median of the paired ratio to raw texture + hardware linear.
+            pub relative_frame_time: Option<f64>,
+            /// The picture, relative to the report.
+            pub image: Option<String>,
+            /// Whole-frame PSNR of the picture.
+            pub image_psnr_whole_db: Option<f64>,
+            /// Whole-frame SSIM of the picture.
+            pub image_ssim_whole: Option<f64>,
+            /// The error picture, relative to the report.
+            pub error_image: Option<String>,
+            /// `hardware` or `manual`: who interpolated.
+            pub filtering: Option<String>,
+            /// Interquartile range of the paired ratio.
+            pub relative_frame_time_iqr: Option<f64>,
+            /// Pairs that were timed.
+            pub frame_pairs: Option<u32>,
+            /// Samples on which the generated shader, or a texture unit that decodes blocks, and the CPU decoder disagree
+            /// beyond what is stated of them.
+            pub parity_mismatches: Option<u64>,
+            /// NaN, infinite and subnormal samples replaced before encoding.
+            pub replaced_samples: u64,
+            /// Remarks, separated by `; `.
+            pub notes: Option<String>,
+            /// Median time in which the device decodes the frame into a texture, at the site *deferred*; by the device's
+            /// timestamps where all runs have believable ones, else by the wall clock. `frame_ms` does not hold it. Cells of one
+            /// codec and its settings share the decode, and so this figure.
+            pub device_decode_ms: Option<f64>,
+            /// Bytes on the device while it decodes that frame: those of `resident_bytes`, scratch buffers, and the buffer
+            /// through which texels go into the texture. Staging for uploads is not counted.
+            pub device_decode_bytes: Option<u64>,
+            /// Whether empty macrocells are skipped. The columns that follow are those of such cells.
+            #[serde(default)]
+            pub skipping: bool,
+            /// What skipping gains: median of the paired ratio of the frame time without it to that with it.
+            pub skipping_gain: Option<f64>,
+            /// Interquartile range of that ratio.
+            pub skipping_gain_iqr: Option<f64>,
+            /// Share of macrocells that show nothing in this scene, `0.0..=1.0`.
+            pub empty_macrocells: Option<f64>,
+            /// Pixels in which the picture differs, in any bit, from that without skipping; any fails the cell.
+            pub skipping_mismatches: Option<u64>,
+            /// Wall seconds on the CPU to decode the first frame macrocell by macrocell for the ranges of its values, once per
+            /// volume, codec and settings. No frame time holds it.
+            pub macrocell_seconds: Option<f64>,
+            /// Stages of the stream that were decoded, of those that it has; `None` for all. Errors and times are those of this
+            /// level; the file, and so its rate, is that of all stages.
+            #[serde(default)]
+            pub stages: Option<u8>,
+            /// PSNR of red, green and blue, with the peak of the whole volume; of colour volumes alone.
+            pub psnr_red_db: Option<f64>,
+            /// Of green.
+            pub psnr_green_db: Option<f64>,
+            /// Of blue.
+            pub psnr_blue_db: Option<f64>,
+            /// First frame that is drawn, counted from 0.
+            #[serde(default)]
+            pub first_frame: u32,
+            /// Last frame that is drawn. Of several, errors of pictures are pooled, times are medians.
+            #[serde(default)]
+            pub last_frame: u32,
+            /// The figures of the single frames, relative to the report; of volumes of several frames alone.
+            pub frame_figures: Option<String>,
+            /// Histogram of the errors of the voxels, relative to the report.
+            #[serde(default)]
+            pub error_histogram: Option<String>,
+            $(
+                #[doc = concat!("`", stringify!($figure), "`, as `cvr_core::metrics::figures` and `docs/evaluation.md` define it.")]
+                #[serde(default)]
+                pub $figure: Option<f64>,
+            )*
+        }
+
+        impl Record {
+            /// The figures that are listed, with their columns' names.
+            pub fn figures_mut(&mut self) -> Vec<(&'static str, &mut Option<f64>)> {
+                vec![$((stringify!($figure), &mut self.$figure)),*]
+            }
+
+            /// A figure that is listed; `None` for other columns too.
+            #[must_use]
+            pub fn figure(&self, name: &str) -> Option<f64> {
+                match name {
+                    $(stringify!($figure) => self.$figure,)*
+                    _ => None,
+                }
+            }
+        }
+
+        /// Whether a column is a figure that is listed.
+        #[must_use]
+        pub fn is_listed(name: &str) -> bool {
+            [$(stringify!($figure)),*].contains(&name)
+        }
+    };
 }
+
+cvr_core::for_each_figure!(record);
 
 /// Spread (interquartile range over median) of the paired ratio above which a frame time is flagged: the middle half
 /// of the pairs then spans more than a quarter of the value that is reported.
 pub const NOISY_SPREAD: f64 = 0.25;
 
 impl Record {
+    /// Enters a figure, where it is one that is listed.
+    pub fn enter(&mut self, name: &str, value: Option<f64>) {
+        if let Some((_, figure)) = self.figures_mut().into_iter().find(|(listed, _)| *listed == name) {
+            *figure = value;
+        }
+    }
+
     /// Adds a remark.
     pub fn remark(&mut self, text: &str) {
         match &mut self.notes {

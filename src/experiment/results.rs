@@ -190,7 +190,9 @@ pub(crate) mod tests {
                 .starts_with("volume,codec,settings,site,filter,renderer,scene,device,driver,status,error,")
         );
         assert!(
-            header.ends_with(",psnr_blue_db,first_frame,last_frame,frame_figures\n")
+            header.contains(
+                ",psnr_blue_db,first_frame,last_frame,frame_figures,error_histogram,mean_abs_error,"
+            ) && header.ends_with(",codec_image_ms_ssim,codec_image_flip\n")
                 && header.lines().count() == 1
         );
         assert!(to_csv(&[record("v", "raw")]).unwrap().starts_with(&header));

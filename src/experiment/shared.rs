@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use cvr_core::codec::Site;
+use cvr_core::metrics::isosurface::SurfaceDistance;
 use cvr_core::pipeline::Cell;
 use cvr_core::render::Filter;
 use cvr_core::volume::FrameIndex;
@@ -14,6 +15,8 @@ use super::encoded::Encoded;
 use super::host::SharedUpload;
 use super::latest::Latest;
 use super::record::Record;
+use super::stage::Stage;
+use super::surfaces;
 use super::target::{Decoded, Target};
 
 /// Shared by the cells of one codec, its settings and a level, as long as one of them runs.
@@ -26,6 +29,8 @@ pub struct Shared<'a> {
     parity: RefCell<BTreeMap<FrameIndex, Option<u64>>>,
     host: Latest<SharedUpload>,
     deferred: Latest<SharedDecode>,
+    /// By scene and frame.
+    surfaces: RefCell<BTreeMap<(String, FrameIndex), Option<SurfaceDistance>>>,
 }
 
 impl<'a> Shared<'a> {
@@ -39,13 +44,35 @@ impl<'a> Shared<'a> {
         let use_cell = cells.any(|cell| cell.filter == Filter::OptimisedLinear);
         let parity = RefCell::default();
         let (host, deferred) = (Latest::default(), Latest::default());
-        Self { codec, encoded, target, use_cell, parity, host, deferred }
+        let surfaces = RefCell::default();
+        Self { codec, encoded, target, use_cell, parity, host, deferred, surfaces }
     }
 
     /// The stream.
     #[must_use]
     pub const fn encoded(&self) -> &'a Encoded {
         self.encoded
+    }
+
+    /// How far the isosurfaces of a frame are from the original's in the scene of a stage; measured once for all its
+    /// cells.
+    ///
+    /// # Errors
+    /// As [`surfaces::distance`].
+    pub fn surface_distance(
+        &self,
+        stage: &Stage<'_>,
+        frame: FrameIndex,
+    ) -> Result<Option<SurfaceDistance>, String> {
+        let key = (stage.scene().to_owned(), frame);
+        let known = self.surfaces.borrow().get(&key).copied();
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let decoded = self.encoded.frame(frame)?;
+        let distance = surfaces::distance(stage, frame, &decoded)?;
+        self.surfaces.borrow_mut().insert(key, distance);
+        Ok(distance)
     }
 
     /// A frame as a site wants it. The record learns what the device took to decode it, and on how many samples its

@@ -3,10 +3,11 @@
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use cvr_core::codec::Site;
 use cvr_core::pipeline::{FrameRange, Scene};
-use cvr_core::render::{Filter, Image, Renderer, View};
+use cvr_core::render::{DecodedFrame, Filter, Image, Renderer, View};
 use cvr_core::volume::{FiniteVolume, FrameIndex, ValueRange};
 
 use super::deferred::DeferredVolume;
@@ -131,6 +132,20 @@ impl<'a> Stage<'a> {
             let voxels = self.raw.at(self.target, Site::Host, frame)?;
             self.picture(&self.view(Filter::Linear)?, &voxels).map(Rc::new)
         })
+    }
+
+    /// A frame of the original, as raw gave it back.
+    ///
+    /// # Errors
+    /// A sentence, when it cannot be decoded.
+    pub fn original(&self, frame: FrameIndex) -> Result<Arc<DecodedFrame>, String> {
+        self.raw.encoded.frame(frame)
+    }
+
+    /// Name of the scene.
+    #[must_use]
+    pub fn scene(&self) -> &'a str {
+        &self.scene.name
     }
 
     /// What draws.

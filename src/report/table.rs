@@ -2,11 +2,15 @@
 
 use minijinja::{Value, context};
 
+use cvr_core::metrics;
+
 use super::cells::ok;
 use super::number::{NONE, bytes, fixed, short};
-use crate::experiment::record::Record;
+use crate::experiment::files::{ERRORS, FRAMES};
+use crate::experiment::record::{Record, is_listed};
 
 /// One column.
+#[derive(Copy, Clone)]
 struct Column {
     /// The record's field, as in `results.csv`.
     field: &'static str,
@@ -18,15 +22,47 @@ struct Column {
     secondary: bool,
     /// Name and unit on the axis of a chart, where the heading alone would not tell.
     axis: Option<&'static str>,
-    text: fn(&Record) -> String,
+    text: Text,
+}
+
+/// What a column says of a record.
+#[derive(Copy, Clone)]
+enum Text {
+    Of(fn(&Record) -> String),
+    /// A figure that is listed, by the column's field.
+    Figure,
+    /// A file beside the report, linked.
+    File(fn(&Record) -> &Option<String>),
+}
+
+impl Column {
+    fn text(&self, record: &Record) -> String {
+        match self.text {
+            Text::Of(text) => text(record),
+            Text::Figure => short(record.figure(self.field)),
+            Text::File(path) => some(path(record)),
+        }
+    }
+
+    /// The file that the text names. Only what lies below the report is linked: a record is data.
+    fn link(&self, record: &Record) -> Option<String> {
+        let Text::File(path) = self.text else { return None };
+        let below =
+            |path: &&String| [FRAMES, ERRORS].iter().any(|folder| path.starts_with(&format!("{folder}/")));
+        path(record).as_ref().filter(below).cloned()
+    }
 }
 
 const fn text(field: &'static str, heading: &'static str, text: fn(&Record) -> String) -> Column {
-    Column { field, heading, numeric: false, secondary: false, axis: None, text }
+    Column { field, heading, numeric: false, secondary: false, axis: None, text: Text::Of(text) }
 }
 
 const fn number(field: &'static str, heading: &'static str, text: fn(&Record) -> String) -> Column {
-    Column { field, heading, numeric: true, secondary: false, axis: None, text }
+    Column { field, heading, numeric: true, secondary: false, axis: None, text: Text::Of(text) }
+}
+
+const fn file(field: &'static str, heading: &'static str, path: fn(&Record) -> &Option<String>) -> Column {
+    Column { field, heading, numeric: false, secondary: false, axis: None, text: Text::File(path) }
 }
 
 const fn secondary(column: Column) -> Column {
@@ -46,7 +82,8 @@ fn count(n: Option<u64>) -> String {
     n.map_or_else(|| NONE.to_owned(), |n| n.to_string())
 }
 
-/// Columns in reading order: what the cell is, then size, voxels, picture, speed, and the rest.
+/// Columns in reading order: what the cell is, then size, voxels, picture, speed, and the rest. The figures that are
+/// listed come before speed.
 const COLUMNS: &[Column] = &[
     text("volume", "volume", |r| r.volume.clone()),
     text("codec", "codec", |r| r.codec.clone()),
@@ -157,7 +194,8 @@ const COLUMNS: &[Column] = &[
     secondary(number("frames", "frames", |r| r.frames.to_string())),
     secondary(number("first_frame", "first drawn", |r| r.first_frame.to_string())),
     secondary(number("last_frame", "last drawn", |r| r.last_frame.to_string())),
-    secondary(text("frame_figures", "figures of frames", |r| some(&r.frame_figures))),
+    secondary(file("frame_figures", "figures of frames", |r| &r.frame_figures)),
+    secondary(file("error_histogram", "histogram of errors", |r| &r.error_histogram)),
     secondary(number("parity_mismatches", "parity mismatches", |r| count(r.parity_mismatches))),
     secondary(number("replaced_samples", "replaced samples", |r| r.replaced_samples.to_string())),
     secondary(text("device", "device", |r| r.device.clone())),
@@ -166,9 +204,24 @@ const COLUMNS: &[Column] = &[
     secondary(text("notes", "notes", |r| some(&r.notes))),
 ];
 
+/// All columns.
+fn columns() -> Vec<Column> {
+    let listed = metrics::figures().filter(|figure| is_listed(figure.name)).map(|figure| Column {
+        field: figure.name,
+        heading: figure.heading,
+        numeric: true,
+        secondary: true,
+        axis: Some(figure.axis),
+        text: Text::Figure,
+    });
+    let speed = COLUMNS.iter().position(|c| c.field == "relative_frame_time").unwrap_or(COLUMNS.len());
+    let (before, behind) = COLUMNS.split_at(speed);
+    before.iter().copied().chain(listed).chain(behind.iter().copied()).collect()
+}
+
 /// Columns that can be an axis of a chart, as (field, name and unit): every column of numbers.
 pub(super) fn quantities() -> impl Iterator<Item = (&'static str, &'static str)> {
-    COLUMNS.iter().filter(|c| c.numeric).map(|c| (c.field, c.axis.unwrap_or(c.heading)))
+    columns().into_iter().filter(|c| c.numeric).map(|c| (c.field, c.axis.unwrap_or(c.heading)))
 }
 
 /// The table as the template reads it.
@@ -179,13 +232,13 @@ pub(super) fn table(records: &[Record]) -> Value {
         (false, true) => "secondary",
         (false, false) => "",
     };
-    let columns: Vec<Value> = COLUMNS
-        .iter()
-        .map(|c| context! { field => c.field, heading => c.heading, class => class(c) })
-        .collect();
+    let all = columns();
+    let columns: Vec<Value> =
+        all.iter().map(|c| context! { field => c.field, heading => c.heading, class => class(c) }).collect();
     let row = |record: &Record| {
-        let cells: Vec<Value> =
-            COLUMNS.iter().map(|c| context! { text => (c.text)(record), class => class(c) }).collect();
+        let cell =
+            |c: &Column| context! { text => c.text(record), class => class(c), link => c.link(record) };
+        let cells: Vec<Value> = all.iter().map(cell).collect();
         context! { failed => !ok(record), cells => cells }
     };
     let rows: Vec<Value> = records.iter().map(row).collect();
@@ -202,7 +255,7 @@ mod tests {
     #[test]
     fn no_field_of_a_record_is_forgotten() {
         let json = serde_json::to_value(record("v", "raw")).unwrap();
-        let shown: Vec<&str> = COLUMNS.iter().map(|c| c.field).collect();
+        let shown: Vec<&str> = columns().iter().map(|c| c.field).collect();
         for field in json.as_object().unwrap().keys() {
             let picture = ["image", "error_image"].contains(&field.as_str());
             assert_eq!(shown.iter().filter(|s| *s == field).count(), usize::from(!picture), "{field}");
@@ -214,5 +267,25 @@ mod tests {
         let names: BTreeSet<&str> = quantities().map(|(_, name)| name).collect();
         assert_eq!(names.len(), quantities().count());
         assert!(names.contains("PSNR of the voxels, dB") && !names.contains("settings"));
+    }
+
+    #[test]
+    fn figures_are_called_what_the_list_calls_them() {
+        let all = columns();
+        for figure in metrics::figures() {
+            let column = all.iter().find(|c| c.field == figure.name).unwrap();
+            assert_eq!((column.heading, column.axis), (figure.heading, Some(figure.axis)));
+        }
+    }
+
+    #[test]
+    fn files_below_the_report_are_linked_and_no_others() {
+        let column = columns().into_iter().find(|c| c.field == "error_histogram").unwrap();
+        let link = |path: &str| {
+            column.link(&Record { error_histogram: Some(path.to_owned()), ..record("v", "raw") })
+        };
+        assert_eq!(link("errors/a.csv").as_deref(), Some("errors/a.csv"));
+        assert_eq!(link("javascript:alert(1)"), None);
+        assert_eq!(column.link(&record("v", "raw")), None);
     }
 }

@@ -164,7 +164,8 @@ fn what_belongs_to_later_frames_is_kept_and_passed_on() {
     let plain = records.iter().find(|r| r.site == "inline" && !r.skipping).unwrap();
     let image = format!("out/{}", later(plain.image.as_ref().unwrap()));
     let figures = format!("out/{}", plain.frame_figures.as_ref().unwrap());
-    for name in [&image, &figures] {
+    let histogram = format!("out/{}", plain.error_histogram.as_ref().unwrap());
+    for name in [&image, &figures, &histogram] {
         let bytes = folder.read(name);
         folder.write(name, &bytes[..bytes.len() - 1]);
         assert!(folder.cvr(&command).exits(0).stdout.contains(&taken(5)), "{name} was cut short");
@@ -180,9 +181,12 @@ fn what_belongs_to_later_frames_is_kept_and_passed_on() {
     let of = |prefix: &str| {
         let names = folder.names().into_iter();
         let below = names.filter_map(|n| n.strip_prefix(prefix).map(str::to_owned));
-        below.filter(|n| n.starts_with("images/") || n.starts_with("frames/")).collect::<Vec<_>>()
+        below
+            .filter(|n| ["images/", "frames/", "errors/"].iter().any(|f| n.starts_with(f)))
+            .collect::<Vec<_>>()
     };
     assert_eq!(of("merged/"), of("out/"));
+    assert_eq!(folder.read(&histogram.replace("out/", "merged/")), folder.read(&histogram));
     folder.write(&image, b"changed");
     let refused = folder.cvr(&["merge", "out", "--out", "again"]).exits(2).stderr;
     assert!(refused.contains("f0002.png has changed"), "{refused}");

@@ -123,7 +123,7 @@ fn damage(name: &str, bytes: &[u8]) -> Option<String> {
         Some("png") => image::load_from_memory(bytes).err().map(|e| e.to_string()),
         Some("csv") => {
             let mut reader = csv::Reader::from_reader(bytes);
-            let error = if name.contains("/charts/") {
+            let error = if name.contains("/charts/") || name.contains("/errors/") {
                 reader.records().collect::<Result<Vec<_>, _>>().err()
             } else {
                 reader.deserialize().collect::<Result<Vec<Record>, _>>().err()

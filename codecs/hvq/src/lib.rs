@@ -17,9 +17,11 @@ use std::sync::Arc;
 use cvr_codebook::Initial;
 use cvr_codebook::blocks::Draw;
 use cvr_core::codec::{
-    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind, Settings, Site,
+    Block, Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind,
+    Settings, Site,
 };
 use cvr_core::container::EncodedVolume;
+use cvr_core::volume::Extent;
 
 pub use geometry::{Geometry, Parameters, Plane, Stage, StageRecord, TrainingRecord};
 pub use stage::StageParameters;
@@ -129,6 +131,11 @@ impl Codec for Hvq {
 
     fn stages(&self, _settings: &Settings) -> u8 {
         STAGES
+    }
+
+    /// Of 4³ voxels.
+    fn block(&self, _settings: &Settings) -> Option<Block> {
+        Extent::cube(4).ok().map(Block)
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {

@@ -24,8 +24,11 @@ mod variable;
 
 use std::sync::Arc;
 
-use cvr_core::codec::{Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Settings, Site};
+use cvr_core::codec::{
+    Block, Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Settings, Site,
+};
 use cvr_core::container::EncodedVolume;
+use cvr_core::volume::Extent;
 
 pub use geometry::{Geometry, Parameters, Payload};
 
@@ -70,6 +73,11 @@ impl Codec for Tvq {
     /// The means, and each partition.
     fn stages(&self, _settings: &Settings) -> u8 {
         4
+    }
+
+    /// Of 4³ voxels.
+    fn block(&self, _settings: &Settings) -> Option<Block> {
+        Extent::cube(4).ok().map(Block)
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {

@@ -48,6 +48,14 @@ pub trait Codec: Send + Sync + Debug {
         1
     }
 
+    /// The block that a volume is cut into with these (complete) settings, from its first voxel on, where blocks are coded
+    /// on their own, so that errors may jump from one to the next: that of the first setting of this kind. A codec whose
+    /// block is no setting names it here.
+    fn block(&self, settings: &Settings) -> Option<Block> {
+        let setting = self.info().settings.iter().find(|s| matches!(s.kind, SettingKind::Block { .. }))?;
+        settings.block(setting.name).ok()
+    }
+
     /// An encoder with these settings, which are complete (defaults filled in) and of the declared kinds.
     ///
     /// # Errors

@@ -68,7 +68,7 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
         (Ok(one), Ok(four)) => [one, four],
         (Err(e), _) | (_, Err(e)) => return report.fail(Property::Threads, e.to_string()),
     };
-    for subject in subjects(volumes::block_of(codec.info(), settings)) {
+    for subject in subjects(volumes::block_of(codec, settings)) {
         report.begin(settings, &subject.name);
         let volume = FiniteVolume::new(subject.volume);
         let Some(stream) = encode(codec, settings, &volume, &pools, report) else { continue };

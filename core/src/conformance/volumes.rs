@@ -1,6 +1,6 @@
 //! Adversarial volumes, made from integer arithmetic so that they are the same everywhere.
 
-use crate::codec::{Block, CodecInfo, SettingKind, Settings};
+use crate::codec::{Block, Codec, Settings};
 use crate::volume::{DenseVolume, Extent, SampleType, Samples, VolumeLayout};
 
 /// One adversarial volume.
@@ -127,11 +127,9 @@ fn sizes(block: Block) -> Vec<[u32; 3]> {
     sizes
 }
 
-/// The codec's block: its first setting of that kind, else 4³.
-pub(super) fn block_of(info: &CodecInfo, settings: &Settings) -> Block {
-    let setting = info.settings.iter().find(|s| matches!(s.kind, SettingKind::Block { .. }));
-    let block = setting.and_then(|s| settings.block(s.name).ok());
-    block.unwrap_or_else(|| Block(Extent::cube(4).unwrap_or(Extent::ONE)))
+/// The codec's block, else 4³.
+pub(super) fn block_of(codec: &dyn Codec, settings: &Settings) -> Block {
+    codec.block(settings).unwrap_or_else(|| Block(Extent::cube(4).unwrap_or(Extent::ONE)))
 }
 
 #[allow(clippy::cast_possible_truncation, reason = "values are rounded into the range of the type")]

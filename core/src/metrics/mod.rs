@@ -5,13 +5,21 @@
 
 mod agreement;
 mod error_picture;
+mod figure;
 mod image;
+mod list;
 mod volume;
 
 pub use agreement::{AgreementRule, Disagreement, ImageAgreement, image_agreement, shifted};
 pub use error_picture::{ERROR_CLASSES, ErrorClass, error_colour, error_picture};
-pub use image::{ImageError, SizeMismatch, VISIBLE_ALPHA, visible};
-pub use volume::{FrameError, VolumeComparison, VolumeError};
+pub use figure::{Better, Figure};
+pub use image::{Against, ImageError, SizeMismatch, VISIBLE_ALPHA, visible};
+pub use volume::{ErrorBin, ErrorHistogram, FrameError, VolumeComparison, VolumeError, isosurface};
+
+/// Every figure of a codec's error: of voxels first, then of pictures.
+pub fn figures() -> impl Iterator<Item = &'static Figure> {
+    volume::figures().chain(image::figures())
+}
 
 /// Peak signal-to-noise ratio in dB: `+∞` without error, `−∞` when the error is infinite.
 ///

@@ -1,0 +1,70 @@
+//! Convolution of planes with separable kernels.
+
+use rayon::prelude::*;
+
+/// A plane of numbers in rows.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Plane {
+    pub(super) size: [usize; 2],
+    pub(super) values: Vec<f64>,
+}
+
+impl Plane {
+    /// The plane of another value for each of this.
+    pub(super) fn map(&self, value: impl Fn(f64) -> f64) -> Self {
+        Self { size: self.size, values: self.values.iter().map(|v| value(*v)).collect() }
+    }
+
+    /// The products of two planes of one size.
+    pub(super) fn times(&self, other: &Self) -> Self {
+        let values = self.values.iter().zip(&other.values).map(|(a, b)| a * b).collect();
+        Self { size: self.size, values }
+    }
+
+    /// Correlates rows with one kernel of odd length and columns with another, where all of both lies in the plane: the
+    /// result is smaller by a kernel's length less one.
+    ///
+    /// # Panics
+    /// When a kernel is longer than the plane.
+    pub(super) fn inner(&self, along_x: &[f64], along_y: &[f64]) -> Self {
+        let [width, height] = self.size;
+        let size = [width + 1 - along_x.len(), height + 1 - along_y.len()];
+        let mut rows = vec![0.0; size[0] * height];
+        rows.par_chunks_mut(size[0]).zip(self.values.par_chunks(width)).for_each(|(to, from)| {
+            for (weight, shift) in along_x.iter().zip(0..) {
+                to.iter_mut().zip(&from[shift..]).for_each(|(to, from)| *to += weight * from);
+            }
+        });
+        let mut values = vec![0.0; size[0] * size[1]];
+        values.par_chunks_mut(size[0]).enumerate().for_each(|(y, to)| {
+            for (weight, from) in along_y.iter().zip(rows[y * size[0]..].chunks_exact(size[0])) {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to += weight * from);
+            }
+        });
+        Self { size, values }
+    }
+
+    /// The same over the whole plane, whose border is repeated beyond it. Kernels are of one length.
+    pub(super) fn whole(&self, along_x: &[f64], along_y: &[f64]) -> Self {
+        self.widened(along_x.len() / 2).inner(along_x, along_y)
+    }
+
+    /// The plane with its border repeated so often on each side.
+    fn widened(&self, by: usize) -> Self {
+        let [width, height] = self.size;
+        let size = [width + 2 * by, height + 2 * by];
+        let inside = |at: usize, n: usize| at.saturating_sub(by).min(n - 1);
+        let places = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
+        let values = places.map(|(x, y)| self.values[inside(y, height) * width + inside(x, width)]).collect();
+        Self { size, values }
+    }
+}
+
+/// `exp(−x² / 2σ²)` at −radius, …, radius, with the sum 1.
+pub(super) fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
+    let at = |i: usize| i as f64 - radius as f64;
+    let weights: Vec<f64> =
+        (0..=2 * radius).map(|i| (-at(i) * at(i) / (2.0 * sigma * sigma)).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.into_iter().map(|w| w / sum).collect()
+}

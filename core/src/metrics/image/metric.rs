@@ -1,0 +1,29 @@
+//! What a metric of pictures is that adds up over pixels.
+
+use crate::metrics::Figure;
+
+/// Two pictures of one size over an opaque background, RGB `0.0..=1.0` in rows.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Pair<'a> {
+    /// Width and height.
+    pub(super) size: [usize; 2],
+    /// What should be seen.
+    pub(super) reference: &'a [[f32; 3]],
+    /// What is seen.
+    pub(super) image: &'a [[f32; 3]],
+}
+
+/// Adds up over the pixels of one picture or several, and divides by the pixels that count.
+pub(super) trait Metric {
+    /// Per visible pixel against the reference, over the whole frame, and per visible pixel against raw's picture.
+    const FIGURES: [Figure; 3];
+    /// What is added up.
+    type Sums: Copy + Default + std::fmt::Debug + PartialEq;
+
+    /// The sums of a picture.
+    fn compare(pair: &Pair<'_>) -> Self::Sums;
+    /// Adds the sums of another picture of the same size.
+    fn add(sums: &mut Self::Sums, next: Self::Sums);
+    /// The value when so many pixels count; `None` where the metric has no meaning.
+    fn value(sums: &Self::Sums, pixels: f64) -> Option<f64>;
+}
