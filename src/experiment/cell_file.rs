@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use cvr_core::pipeline::Cell;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::files::{IMAGES, of_cell};
@@ -17,12 +18,42 @@ use super::results::{ResultsError, write_whole};
 /// Folder of the single records, below the report's.
 pub const CELLS: &str = "cells";
 
+/// A record that is kept with the key of all that went into it, so that a later run may take it over.
+pub trait Keyed: Serialize + DeserializeOwned {
+    /// Whether it stands for a run that need not be repeated.
+    fn ended_well(&self) -> bool;
+
+    /// Files that belong to it, relative to the folder of results.
+    fn files(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The figures that may be infinite, for which JSON has no number.
+    fn figures(&mut self) -> Vec<(&'static str, &mut Option<f64>)> {
+        Vec::new()
+    }
+}
+
+impl Keyed for Record {
+    fn ended_well(&self) -> bool {
+        self.status == Status::Ok && self.error.is_none()
+    }
+
+    fn files(&self) -> Vec<String> {
+        of_cell(self)
+    }
+
+    fn figures(&mut self) -> Vec<(&'static str, &mut Option<f64>)> {
+        psnrs(self).into()
+    }
+}
+
 /// A record and its key.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CellFile {
+pub struct CellFile<R = Record> {
     /// The record.
     #[serde(flatten)]
-    pub record: Record,
+    pub record: R,
     /// Hash of all that went into it; `None` in files of versions that had none.
     #[serde(default)]
     pub key: Option<String>,
@@ -34,18 +65,19 @@ pub struct CellFile {
     not_finite: BTreeMap<String, String>,
 }
 
-impl CellFile {
+impl<R: Keyed> CellFile<R> {
     /// A record with its key. The cell's files and its `references` are hashed as they lie in `folder`.
     #[must_use]
     pub fn new<'r>(
-        mut record: Record,
+        mut record: R,
         key: Option<String>,
         folder: &Path,
         references: impl IntoIterator<Item = &'r str>,
     ) -> Self {
-        let paths = of_cell(&record).into_iter().chain(references.into_iter().map(str::to_owned));
+        let paths = record.files().into_iter().chain(references.into_iter().map(str::to_owned));
         let pictures = paths.filter_map(|path| hash(&folder.join(&path)).map(|hash| (path, hash))).collect();
-        let not_finite = psnrs(&mut record)
+        let not_finite = record
+            .figures()
             .into_iter()
             .filter_map(|(name, value)| {
                 value.filter(|v| !v.is_finite()).map(|v| (name.to_owned(), v.to_string()))
@@ -70,7 +102,7 @@ impl CellFile {
     pub fn read(path: &Path) -> Option<Self> {
         let mut file: Self = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
         let Self { record, not_finite, .. } = &mut file;
-        for (name, value) in psnrs(record) {
+        for (name, value) in record.figures() {
             if let Some(text) = not_finite.get(name) {
                 *value = Some(text.parse().ok()?);
             }
@@ -78,17 +110,12 @@ impl CellFile {
         Some(file)
     }
 
-    /// The file of `cell` in `folder`, where it may stand for a run: same key, ended well, pictures as they were.
+    /// The file of this name in `folder`, where it may stand for a run: same key, ended well, its files as they were.
     #[must_use]
-    pub fn taken_over(folder: &Path, cell: &Cell, key: &str) -> Option<Self> {
-        let id = cell.id();
-        let file = Self::read(&path(folder, &id))?;
-        let expected = [format!("{IMAGES}/{id}.png"), format!("{IMAGES}/{id}.error.png")];
-        let named = [&file.record.image, &file.record.error_image];
-        let pictures = named.iter().zip(&expected).all(|(path, expected)| path.as_ref() == Some(expected));
-        let pictures = pictures && of_cell(&file.record).iter().all(|path| file.is_intact(folder, path));
-        let ok = file.record.status == Status::Ok && file.record.error.is_none();
-        (file.key.as_deref() == Some(key) && ok && pictures).then_some(file)
+    pub fn whole(folder: &Path, id: &str, key: &str) -> Option<Self> {
+        let file = Self::read(&path(folder, id))?;
+        let intact = file.record.files().iter().all(|path| file.is_intact(folder, path));
+        (file.key.as_deref() == Some(key) && file.record.ended_well() && intact).then_some(file)
     }
 
     /// Whether a picture lies in `folder` as it did when the record was written.
@@ -96,6 +123,18 @@ impl CellFile {
     pub fn is_intact(&self, folder: &Path, picture: &str) -> bool {
         let known = self.pictures.get(picture);
         known.is_some() && hash(&folder.join(picture)).as_ref() == known
+    }
+}
+
+impl CellFile {
+    /// The file of `cell`, where it may stand for a run and has the pictures of this cell.
+    #[must_use]
+    pub fn taken_over(folder: &Path, cell: &Cell, key: &str) -> Option<Self> {
+        let id = cell.id();
+        let file = Self::whole(folder, &id, key)?;
+        let expected = [format!("{IMAGES}/{id}.png"), format!("{IMAGES}/{id}.error.png")];
+        let named = [&file.record.image, &file.record.error_image];
+        named.iter().zip(&expected).all(|(path, expected)| path.as_ref() == Some(expected)).then_some(file)
     }
 }
 
@@ -146,7 +185,7 @@ mod tests {
         };
         let written = CellFile::new(lossless.clone(), Some("k".to_owned()), folder.path(), []);
         written.write(&file).unwrap();
-        let read = CellFile::read(&file).unwrap();
+        let read = CellFile::<Record>::read(&file).unwrap();
         assert_eq!((&read, &read.record), (&written, &lossless));
     }
 
@@ -154,13 +193,13 @@ mod tests {
     fn what_is_no_record_is_none() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.json");
-        assert_eq!(CellFile::read(&file), None);
+        assert_eq!(CellFile::<Record>::read(&file), None);
         CellFile::new(record("v", "raw"), None, folder.path(), []).write(&file).unwrap();
         let whole = std::fs::read(&file).unwrap();
-        assert!(CellFile::read(&file).is_some());
+        assert!(CellFile::<Record>::read(&file).is_some());
         for bad in [&whole[..whole.len() / 2], b"", b"{}", b"[1]", b"\xff\x00"] {
             std::fs::write(&file, bad).unwrap();
-            assert_eq!(CellFile::read(&file), None, "{bad:?}");
+            assert_eq!(CellFile::<Record>::read(&file), None, "{bad:?}");
         }
     }
 

@@ -1,5 +1,6 @@
 //! What a codec is: an encoder, a decoder, and a few lines of WGSL.
 
+mod all_frames;
 mod block;
 mod encode;
 mod encode_file;
@@ -13,6 +14,7 @@ mod settings;
 mod shader_decode;
 mod stream;
 
+pub(crate) use all_frames::Decoded;
 pub use block::Block;
 pub use encode::{Cancelled, EncodeReport, Encoder, Progress};
 pub use encode_file::{encode_file, encode_temporary};

@@ -2,10 +2,12 @@
 //! them. What is drawn, and by what, is the application's.
 
 mod subjects;
+mod trial;
 mod trivial;
 mod verdict;
 
 pub use subjects::Subject;
+pub use trial::Trial;
 pub use trivial::{Trivial, raw_bytes};
 pub use verdict::{
     DEGRADED, Judgement, Observed, ObservedPicture, PICTURE_FLOOR, Reason, Verdict, WORSE, Word,
