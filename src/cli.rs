@@ -29,7 +29,7 @@ Examples:
   cvr info 'viscous/step*.raw' --dims 64x64x64 --dtype f32
   cvr convert head.nii.gz head.nrrd
   cvr render head.cvr head.png --azimuth 45 --transfer-function tissue --shading
-  cvr stability --quick                                 where each codec breaks
+  cvr stability --list                                  volumes and scenes that break codecs
   cvr codecs                                            what there is to choose from
 
 Exit codes: 0 all went well; 1 some cells failed (the report is written); 2 bad input; 130 stopped by Ctrl-C (the

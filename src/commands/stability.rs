@@ -11,7 +11,8 @@ use crate::experiment::folder::lock;
 use crate::experiment::{interrupt, machine};
 use crate::progress::CellBar;
 use crate::registry::codecs;
-use crate::stability::atlas::{Atlas, Breaking};
+use crate::stability::atlas::Atlas;
+use crate::stability::breaking::Breaking;
 use crate::stability::config::Config;
 use crate::stability::plan::Plan;
 use crate::stability::report::{self, Provenance};
@@ -23,6 +24,7 @@ Examples:
   cvr stability --quick
   cvr stability s3dc vq --output results/atlas
   cvr stability --output results/atlas --resume
+  cvr stability --edge 32 --picture 48 --output results/atlas32
   cvr stability --config configs/stability.toml --list
 
 Every codec with its default settings, and those of the configuration, is taken through volumes that provoke, each with a
@@ -53,6 +55,12 @@ pub struct Args {
     /// Sizes, scenes and further settings; default is the configuration that comes with the program.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Longest axis of the volumes in voxels, 12 to 48, in place of the configuration's.
+    #[arg(long, value_name = "VOXELS")]
+    edge: Option<u32>,
+    /// Edge of the pictures in pixels, 16 to 96, in place of the configuration's.
+    #[arg(long, value_name = "PIXELS")]
+    picture: Option<u32>,
     /// Print volumes, dials, scenes and codecs, and run nothing.
     #[arg(long)]
     list: bool,
@@ -68,7 +76,10 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         None => Config::own(),
     };
     let config = config.map_err(BadInput)?;
-    let config = if args.quick { config.quick() } else { config };
+    let mut config = if args.quick { config.quick() } else { config };
+    config.edge = args.edge.unwrap_or(config.edge);
+    config.picture = args.picture.unwrap_or(config.picture);
+    config.check().map_err(|e| BadInput(format!("--edge or --picture: {e}")))?;
     let plan = Plan::new(config, &codecs()?, &args.codecs).map_err(BadInput)?;
     if args.list {
         list(&plan);

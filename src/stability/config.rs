@@ -43,6 +43,9 @@ pub struct Config {
     /// Further settings.
     #[serde(default, rename = "codec")]
     pub codecs: Vec<CodecEntry>,
+    /// Settings of which the encoder's stability alone is measured.
+    #[serde(default, rename = "encoder")]
+    pub encoders: Vec<CodecEntry>,
 }
 
 /// Settings of a codec beside its defaults.
@@ -117,10 +120,15 @@ impl Config {
             encoder_subjects: encoder_subjects.unwrap_or(self.encoder_subjects),
             quick: self.quick,
             codecs: self.codecs,
+            encoders: self.encoders,
         }
     }
 
-    fn check(&self) -> Result<(), String> {
+    /// Holds everything to what is allowed.
+    ///
+    /// # Errors
+    /// A sentence with the key, its value and what is expected.
+    pub fn check(&self) -> Result<(), String> {
         let within = |name: &str, value: u64, allowed: RangeInclusive<u64>| {
             let (low, high) = (allowed.start(), allowed.end());
             if allowed.contains(&value) {

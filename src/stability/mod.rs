@@ -2,6 +2,7 @@
 //! Volumes and rules are those of `cvr_core::stability`; the rules are told in `docs/stability.md`.
 
 pub mod atlas;
+pub mod breaking;
 pub mod config;
 pub mod drawing;
 pub mod encoder;

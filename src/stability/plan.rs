@@ -33,6 +33,8 @@ pub struct Dial {
 pub struct Plan {
     /// Codecs with settings, `raw` among them where it is registered.
     pub contestants: Vec<Contestant>,
+    /// Those, and others whose encoders alone are measured.
+    pub encoders: Vec<Contestant>,
     /// Volumes.
     pub dials: Vec<Dial>,
     /// Scenes.
@@ -47,7 +49,8 @@ impl Plan {
     /// # Errors
     /// A sentence, when a codec is unknown or settings are wrong.
     pub fn new(config: Config, registry: &Registry, ids: &[String]) -> Result<Self, String> {
-        for id in ids.iter().chain(config.codecs.iter().map(|entry| &entry.id)) {
+        let named = config.codecs.iter().chain(&config.encoders).map(|entry| &entry.id);
+        for id in ids.iter().chain(named) {
             registry.get(id).map_err(|e| e.to_string())?;
         }
         let wanted = |id: &str| ids.is_empty() || ids.iter().any(|i| i == id);
@@ -63,6 +66,10 @@ impl Plan {
                 }
             }
         }
+        let mut encoders = contestants.clone();
+        for entry in config.encoders.iter().filter(|entry| wanted(&entry.id)) {
+            encoders.push(contestant(registry.get(&entry.id).map_err(|e| e.to_string())?, entry)?);
+        }
         let named = |names: &Option<Vec<String>>, name: &str| {
             names.as_ref().is_none_or(|names| names.iter().any(|n| n == name))
         };
@@ -72,7 +79,7 @@ impl Plan {
         });
         let dials = dials.collect();
         let scenes = Provocation::ALL.iter().filter(|s| named(&config.scenes, s.name)).collect();
-        Ok(Self { contestants, dials, scenes, config })
+        Ok(Self { contestants, encoders, dials, scenes, config })
     }
 
     /// Cells of the atlas: contestants × steps.
@@ -84,7 +91,7 @@ impl Plan {
     /// Measurements of encoders: contestants × subjects.
     #[must_use]
     pub fn encoder_cells(&self) -> usize {
-        self.contestants.len() * self.config.encoder_subjects.len()
+        self.encoders.len() * self.config.encoder_subjects.len()
     }
 }
 

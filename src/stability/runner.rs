@@ -136,7 +136,7 @@ impl Run<'_> {
         let step = subject.steps.len() / 2;
         let volume = subject.volume(step, config.edge);
         let blake3 = samples_hash(&volume);
-        let measured = self.plan.contestants.par_iter().map(|contestant| {
+        let measured = self.plan.encoders.par_iter().map(|contestant| {
             let more = format!("{} {:?} {}", config.seeds, config.threads, config.generations);
             let key = self.key("encoder", contestant, (name, step), blake3.clone(), more);
             let id = format!("encoder-{}-{name}", file_name(&contestant.label));

@@ -178,7 +178,8 @@ mod tests {
             let layout = frame.layout();
             let rays = in_a_corner(layout).rays(layout, [96, 96]);
             let [x, _, z] = layout.extent.to_array().map(|n| n as f32);
-            let away = rays.origin.to_array().iter().zip([x, 0.0, z]).map(|(a, b)| (a - b).abs());
+            let away =
+                rays.origin.to_array().into_iter().zip([x, 0.0, z]).map(|(a, b): (f32, f32)| (a - b).abs());
             assert!(away.fold(0.0, f32::max) < 0.1, "{name}: {}", rays.origin);
             // 45 degrees to each side.
             let side = rays.direction_right.length() / rays.direction.length();

@@ -86,10 +86,12 @@ fn dial(subject: &Subject, rows: &[&Row], series: &Series) -> Chart {
         }
         lines.push(Line { points: line, colour: mark.colour, dashed: mark.shape != Shape::series(0) });
     }
-    let values: Vec<String> = subject.steps.iter().map(ToString::to_string).collect();
+    let values: Vec<String> = subject.steps.iter().map(|v| super::dial_value(*v)).collect();
     let x = Axis { include: vec![1.0], ..Axis::new("step", "step of the dial  (harder →)", Scale::Linear) };
     let y = Axis {
         infinity: Some("identical"),
+        // Where all pictures are identical, the axis still shows what it is.
+        include: vec![20.0, 60.0],
         ..Axis::new("image_psnr_db", "PSNR of the worst picture in dB  (better →)", Scale::Linear)
     };
     let description = format!(

@@ -17,14 +17,16 @@ pub const LEGEND: [(&str, &str); 6] = [
     ("#d9d5cc", "refused"),
 ];
 
-/// Width of a step and height of a row, in pixels at full size.
-const STEP: usize = 6;
-const ROW: usize = 5;
+/// Width of a step in pixels at full size.
+const STEP: usize = 7;
+/// Height of a field, about; rows are as high as that allows.
+const FIELD: usize = 48;
 /// Between fields.
-const GAP: usize = 7;
-/// Room for the names of codecs, and of subjects.
-const LEFT: usize = 210;
+const GAP: usize = 8;
+/// Room for the names of subjects.
 const TOP: usize = 86;
+/// Width of a letter, at most about.
+const LETTER: usize = 6;
 
 fn colour(row: &Row) -> &'static str {
     let index = match (row.verdict, row.reason) {
@@ -58,8 +60,10 @@ pub fn svg(atlas: &Atlas) -> String {
     };
     let columns: Vec<(&Subject, Vec<usize>)> =
         Subject::all().map(|s| (s, steps_of(s))).filter(|(_, steps)| !steps.is_empty()).collect();
-    let field = scenes.len() * ROW;
-    let width = LEFT + columns.iter().map(|(_, steps)| steps.len() * STEP + GAP).sum::<usize>() + 40;
+    let row_height = (FIELD / scenes.len().max(1)).clamp(4, 12);
+    let field = scenes.len() * row_height;
+    let left = 16 + LETTER * labels.iter().map(|l| l.len()).max().unwrap_or(0);
+    let width = left + columns.iter().map(|(_, steps)| steps.len() * STEP + GAP).sum::<usize>() + 40;
     let height = TOP + labels.len() * (field + GAP) + 8;
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
@@ -67,7 +71,7 @@ pub fn svg(atlas: &Atlas) -> String {
          font-size=\"11\"><title>Verdicts by codec and subject</title>\
          <rect width=\"{width}\" height=\"{height}\" fill=\"#fdfcfa\"/>"
     );
-    let mut x = LEFT;
+    let mut x = left;
     for (subject, steps) in &columns {
         let middle = x + steps.len() * STEP / 2;
         let _ = write!(
@@ -86,7 +90,7 @@ pub fn svg(atlas: &Atlas) -> String {
                         .iter()
                         .filter(|r| r.label == *label && r.subject == subject.name && r.step == *step)
                 };
-                add_step(&mut svg, cells, &scenes, [x + column * STEP, y]);
+                add_step(&mut svg, cells, (&scenes, row_height), [x + column * STEP, y]);
             }
         }
         x += steps.len() * STEP + GAP;
@@ -96,7 +100,7 @@ pub fn svg(atlas: &Atlas) -> String {
         let _ = write!(
             svg,
             "<text x=\"{}\" y=\"{y}\" text-anchor=\"end\" fill=\"#1d2126\">{}</text>",
-            LEFT - 8,
+            left - 8,
             escaped(label)
         );
     }
@@ -107,7 +111,7 @@ pub fn svg(atlas: &Atlas) -> String {
 fn add_step<'a, I: Iterator<Item = &'a Row>>(
     svg: &mut String,
     rows: impl Fn() -> I,
-    scenes: &[&str],
+    (scenes, row_height): (&[&str], usize),
     [x, y]: [usize; 2],
 ) {
     let Some(first) = rows().next() else { return };
@@ -122,9 +126,9 @@ fn add_step<'a, I: Iterator<Item = &'a Row>>(
         let _ = write!(
             svg,
             "<rect x=\"{x}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>",
-            y + at * ROW,
+            y + at * row_height,
             STEP - 1,
-            ROW - 1,
+            row_height - 1,
             colour(row)
         );
     }

@@ -11,7 +11,8 @@ use cvr_core::stability::{Reason, Verdict};
 use minijinja::{AutoEscape, Environment, Value, context};
 use serde::Serialize;
 
-use super::atlas::{Atlas, Breaking};
+use super::atlas::Atlas;
+use super::breaking::Breaking;
 use super::encoder::EncoderMeasured;
 use super::plan::Plan;
 use super::runner::Outcome;
@@ -122,7 +123,8 @@ pub fn write(
         broken => atlas.broken().map(|row| context! {
             label => &row.label, subject => &row.subject, value => row.value, problem => &row.problem,
         }).collect::<Vec<_>>(),
-        breaking => atlas.breaking.iter().map(breaking_values).collect::<Vec<_>>(),
+        breaking => atlas.breaking.iter().filter(|b| b.degrades_at.is_some() || b.refused).map(breaking_values).collect::<Vec<_>>(),
+        unbroken => unbroken(atlas),
         curves => curves,
         encoders => outcome.encoders.iter().map(encoder_values).collect::<Vec<_>>(),
         worst => worst::values(folder, plan, atlas)?,
@@ -132,8 +134,25 @@ pub fn write(
     write_whole(&folder.join("atlas.html"), page.as_bytes()).map_err(|e| e.to_string())
 }
 
+/// A number as a dial shows it.
+fn dial_value(value: f64) -> String {
+    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
+}
+
+/// Of each codec the subjects that neither break nor degrade it.
+fn unbroken(atlas: &Atlas) -> Vec<Value> {
+    let mut labels: Vec<&str> = atlas.breaking.iter().map(|b| b.label.as_str()).collect();
+    labels.dedup();
+    let of = |label: &str| {
+        let own = atlas.breaking.iter().filter(|b| b.label == label && b.degrades_at.is_none() && !b.refused);
+        own.map(|b| b.subject.clone()).collect::<Vec<String>>().join(", ")
+    };
+    labels.into_iter().map(|label| context! { label => label, subjects => of(label) }).collect()
+}
+
 fn breaking_values(b: &Breaking) -> Value {
-    let value = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| v.to_string());
+    let value = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), dial_value);
     let fails = match b.refused {
         true => "refuses".to_owned(),
         false => value(b.fails_at),
