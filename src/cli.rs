@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 
 use crate::commands::{
     check_config, codecs, convert, decode, devices, encode, explain, info, merge, presets, render, renderers,
-    run, schema, shader,
+    run, schema, shader, stability,
 };
 use crate::exit::{BAD_INPUT, BadInput};
 
@@ -29,6 +29,7 @@ Examples:
   cvr info 'viscous/step*.raw' --dims 64x64x64 --dtype f32
   cvr convert head.nii.gz head.nrrd
   cvr render head.cvr head.png --azimuth 45 --transfer-function tissue --shading
+  cvr stability --list                                  volumes and scenes that break codecs
   cvr codecs                                            what there is to choose from
 
 Exit codes: 0 all went well; 1 some cells failed (the report is written); 2 bad input; 130 stopped by Ctrl-C (the
@@ -46,6 +47,8 @@ enum Command {
     Explain(explain::Args),
     /// Print what a configuration may hold: the JSON Schema by which editors check and complete it.
     Schema(schema::Args),
+    /// Take codecs through volumes that provoke, and say where each of them breaks.
+    Stability(stability::Args),
     /// Encode a volume.
     Encode(encode::Args),
     /// Decode an encoded volume to NRRD.
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
         Command::CheckConfig(args) => check_config::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Schema(args) => schema::run(&args),
+        Command::Stability(args) => stability::run(&args),
         Command::Encode(args) => encode::run(&args),
         Command::Decode(args) => decode::run(&args),
         Command::Render(args) => render::run(&args),

@@ -12,3 +12,4 @@ pub mod input;
 pub mod progress;
 pub mod registry;
 pub mod report;
+pub mod stability;

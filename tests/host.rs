@@ -32,6 +32,7 @@ mod host {
     mod skipping;
     mod skipping_runs;
     mod spacing;
+    mod stability;
     mod stages;
     mod volumes;
 }

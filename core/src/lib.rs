@@ -13,4 +13,5 @@ pub mod metrics;
 pub mod pipeline;
 pub mod render;
 pub mod shader;
+pub mod stability;
 pub mod volume;

@@ -15,6 +15,7 @@ pub mod renderers;
 pub mod run;
 pub mod schema;
 pub mod shader;
+pub mod stability;
 
 mod config_file;
 mod histogram;

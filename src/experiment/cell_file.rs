@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use cvr_core::pipeline::Cell;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::files::{IMAGES, of_cell};
@@ -17,12 +18,41 @@ use super::results::{ResultsError, write_whole};
 /// Folder of the single records, below the report's.
 pub const CELLS: &str = "cells";
 
+/// A record that is kept with the key of all that went into it, so that a later run may take it over.
+pub trait Keyed: Serialize + DeserializeOwned {
+    /// Whether it stands for a run that need not be repeated.
+    fn ended_well(&self) -> bool;
+
+    /// Files that belong to it, relative to the folder of results.
+    fn files(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Calls with each figure that may be infinite, for which JSON has no number.
+    fn each_unbounded(&mut self, _each: &mut dyn FnMut(&'static str, &mut Option<f64>)) {}
+}
+
+impl Keyed for Record {
+    fn ended_well(&self) -> bool {
+        self.status == Status::Ok && self.error.is_none()
+    }
+
+    fn files(&self) -> Vec<String> {
+        of_cell(self)
+    }
+
+    fn each_unbounded(&mut self, each: &mut dyn FnMut(&'static str, &mut Option<f64>)) {
+        psnrs(self).into_iter().for_each(|(name, value)| each(name, value));
+        self.figures_mut().into_iter().for_each(|(name, value)| each(name, value));
+    }
+}
+
 /// A record and its key.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CellFile {
+pub struct CellFile<R = Record> {
     /// The record.
     #[serde(flatten)]
-    pub record: Record,
+    pub record: R,
     /// Hash of all that went into it; `None` in files of versions that had none.
     #[serde(default)]
     pub key: Option<String>,
@@ -34,19 +64,19 @@ pub struct CellFile {
     not_finite: BTreeMap<String, String>,
 }
 
-impl CellFile {
+impl<R: Keyed> CellFile<R> {
     /// A record with its key. The cell's files and its `references` are hashed as they lie in `folder`.
     #[must_use]
     pub fn new<'r>(
-        mut record: Record,
+        mut record: R,
         key: Option<String>,
         folder: &Path,
         references: impl IntoIterator<Item = &'r str>,
     ) -> Self {
-        let paths = of_cell(&record).into_iter().chain(references.into_iter().map(str::to_owned));
+        let paths = record.files().into_iter().chain(references.into_iter().map(str::to_owned));
         let pictures = paths.filter_map(|path| hash(&folder.join(&path)).map(|hash| (path, hash))).collect();
         let mut not_finite = BTreeMap::new();
-        each_unbounded(&mut record, |name, value| {
+        record.each_unbounded(&mut |name, value| {
             if let Some(value) = value.filter(|v| !v.is_finite()) {
                 not_finite.insert(name.to_owned(), value.to_string());
             }
@@ -71,7 +101,7 @@ impl CellFile {
         let mut file: Self = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
         let Self { record, not_finite, .. } = &mut file;
         let mut whole = true;
-        each_unbounded(record, |name, value| {
+        record.each_unbounded(&mut |name, value| {
             if let Some(text) = not_finite.get(name) {
                 *value = text.parse().ok();
                 whole &= value.is_some();
@@ -80,17 +110,12 @@ impl CellFile {
         whole.then_some(file)
     }
 
-    /// The file of `cell` in `folder`, where it may stand for a run: same key, ended well, pictures as they were.
+    /// The file of this name in `folder`, where it may stand for a run: same key, ended well, its files as they were.
     #[must_use]
-    pub fn taken_over(folder: &Path, cell: &Cell, key: &str) -> Option<Self> {
-        let id = cell.id();
-        let file = Self::read(&path(folder, &id))?;
-        let expected = [format!("{IMAGES}/{id}.png"), format!("{IMAGES}/{id}.error.png")];
-        let named = [&file.record.image, &file.record.error_image];
-        let pictures = named.iter().zip(&expected).all(|(path, expected)| path.as_ref() == Some(expected));
-        let pictures = pictures && of_cell(&file.record).iter().all(|path| file.is_intact(folder, path));
-        let ok = file.record.status == Status::Ok && file.record.error.is_none();
-        (file.key.as_deref() == Some(key) && ok && pictures).then_some(file)
+    pub fn whole(folder: &Path, id: &str, key: &str) -> Option<Self> {
+        let file = Self::read(&path(folder, id))?;
+        let intact = file.record.files().iter().all(|path| file.is_intact(folder, path));
+        (file.key.as_deref() == Some(key) && file.record.ended_well() && intact).then_some(file)
     }
 
     /// Whether a picture lies in `folder` as it did when the record was written.
@@ -98,6 +123,18 @@ impl CellFile {
     pub fn is_intact(&self, folder: &Path, picture: &str) -> bool {
         let known = self.pictures.get(picture);
         known.is_some() && hash(&folder.join(picture)).as_ref() == known
+    }
+}
+
+impl CellFile {
+    /// The file of `cell`, where it may stand for a run and has the pictures of this cell.
+    #[must_use]
+    pub fn taken_over(folder: &Path, cell: &Cell, key: &str) -> Option<Self> {
+        let id = cell.id();
+        let file = Self::whole(folder, &id, key)?;
+        let expected = [format!("{IMAGES}/{id}.png"), format!("{IMAGES}/{id}.error.png")];
+        let named = [&file.record.image, &file.record.error_image];
+        named.iter().zip(&expected).all(|(path, expected)| path.as_ref() == Some(expected)).then_some(file)
     }
 }
 
@@ -127,12 +164,6 @@ fn psnrs(record: &mut Record) -> [(&'static str, &mut Option<f64>); 8] {
     ]
 }
 
-/// Calls with each figure that may be infinite: the PSNRs and those that are listed.
-fn each_unbounded(record: &mut Record, mut each: impl FnMut(&'static str, &mut Option<f64>)) {
-    psnrs(record).into_iter().for_each(|(name, value)| each(name, value));
-    record.figures_mut().into_iter().for_each(|(name, value)| each(name, value));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -156,7 +187,7 @@ mod tests {
         };
         let written = CellFile::new(lossless.clone(), Some("k".to_owned()), folder.path(), []);
         written.write(&file).unwrap();
-        let read = CellFile::read(&file).unwrap();
+        let read = CellFile::<Record>::read(&file).unwrap();
         assert_eq!((&read, &read.record), (&written, &lossless));
     }
 
@@ -164,13 +195,13 @@ mod tests {
     fn what_is_no_record_is_none() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.json");
-        assert_eq!(CellFile::read(&file), None);
+        assert_eq!(CellFile::<Record>::read(&file), None);
         CellFile::new(record("v", "raw"), None, folder.path(), []).write(&file).unwrap();
         let whole = std::fs::read(&file).unwrap();
-        assert!(CellFile::read(&file).is_some());
+        assert!(CellFile::<Record>::read(&file).is_some());
         for bad in [&whole[..whole.len() / 2], b"", b"{}", b"[1]", b"\xff\x00"] {
             std::fs::write(&file, bad).unwrap();
-            assert_eq!(CellFile::read(&file), None, "{bad:?}");
+            assert_eq!(CellFile::<Record>::read(&file), None, "{bad:?}");
         }
     }
 

@@ -35,7 +35,15 @@ pub fn lock(folder: &Path) -> Result<Lock, String> {
 /// # Errors
 /// When its folders cannot be made.
 pub fn clear(folder: &Path) -> Result<(), String> {
-    for name in ["report.html", "results.csv", "results.json"] {
+    clear_of(folder, &["report.html", "results.csv", "results.json"])
+}
+
+/// The same where results are these files beside the folders that all runs have.
+///
+/// # Errors
+/// As [`clear`].
+pub fn clear_of(folder: &Path, results: &[&str]) -> Result<(), String> {
+    for name in results {
         let _ = std::fs::remove_file(folder.join(name));
     }
     for name in [IMAGES, FRAMES, ERRORS, CELLS, CHARTS] {

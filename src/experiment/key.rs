@@ -82,10 +82,16 @@ impl Keys<'_> {
             cpu: machine::cpu(),
             cores: machine::cores(),
         };
-        // Strings and integers always serialise; were it otherwise, an empty text would equal no other key's.
-        let text = serde_json::to_vec(&inputs).unwrap_or_default();
-        blake3::hash(&text).to_hex().to_string()
+        hash_of(&inputs)
     }
+}
+
+/// BLAKE3 of all that goes into a result, in hexadecimal.
+#[must_use]
+pub fn hash_of(inputs: &impl Serialize) -> String {
+    // Strings and integers always serialise; were it otherwise, an empty text would equal no other key's.
+    let text = serde_json::to_vec(inputs).unwrap_or_default();
+    blake3::hash(&text).to_hex().to_string()
 }
 
 /// The layout, and how many samples were rounded, which records tell.

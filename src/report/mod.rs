@@ -20,6 +20,8 @@ mod reproduce;
 mod script;
 mod summary;
 mod table;
+
+pub(crate) use page::STYLE;
 #[cfg(test)]
 mod tests;
 

@@ -17,7 +17,7 @@ use crate::experiment::record::Record;
 use cvr_core::metrics::ERROR_CLASSES;
 
 const TEMPLATE: &str = include_str!("template.html");
-pub(super) const STYLE: &str = include_str!("style.css");
+pub(crate) const STYLE: &str = include_str!("style.css");
 
 pub(super) fn render(
     dir: &Path,

@@ -15,7 +15,10 @@ pub fn resolved(name: &str, text: &str) -> Result<(Experiment, Resolution), Stri
     Ok((experiment, resolution))
 }
 
-/// Name and text of every configuration in `configs/`, sorted.
+/// No experiment, but the configuration of `cvr stability`.
+pub const NO_EXPERIMENT: &str = "stability";
+
+/// Name and text of every experiment in `configs/`, sorted.
 fn configurations() -> Vec<(String, String)> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
     let mut all: Vec<(String, String)> = std::fs::read_dir(folder)
@@ -26,6 +29,7 @@ fn configurations() -> Vec<(String, String)> {
             let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
             (name, std::fs::read_to_string(path).unwrap())
         })
+        .filter(|(name, _)| name != NO_EXPERIMENT)
         .collect();
     all.sort();
     all

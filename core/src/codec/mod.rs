@@ -1,5 +1,6 @@
 //! What a codec is: an encoder, a decoder, and a few lines of WGSL.
 
+mod all_frames;
 mod block;
 mod block_texture;
 mod encode;
@@ -14,6 +15,7 @@ mod settings;
 mod shader_decode;
 mod stream;
 
+pub(crate) use all_frames::Decoded;
 pub use block::Block;
 pub use block_texture::{BlockFormat, BlockTexture};
 pub use encode::{Cancelled, EncodeReport, Encoder, Progress};

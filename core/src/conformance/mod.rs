@@ -8,6 +8,7 @@
 //! A codec may *refuse* a volume ([`crate::codec::EncodeError::Unsupported`]); the report counts that. Everything
 //! else that goes wrong is a failure, and the battery goes on, so that one run shows all of them.
 
+mod atlas;
 mod cells;
 mod decoded;
 mod module;
@@ -71,9 +72,8 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
     for subject in subjects(volumes::block_of(codec, settings)) {
         report.begin(settings, &subject.name);
         let volume = FiniteVolume::new(subject.volume);
-        let Some(stream) = encode(codec, settings, &volume, &pools, report) else { continue };
+        let Some(case) = encoded_case(codec, settings, &volume, &pools, report) else { continue };
         encoded += 1;
-        let case = Case { codec, settings, volume: &volume, stream: Arc::new(stream) };
         properties::check(&case, report);
         if subject.tamper {
             stream::check(&case, report);
@@ -82,10 +82,30 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
             parity::check(&case, dump, report);
         }
     }
+    for step in atlas::steps() {
+        report.begin(settings, &step.name);
+        let Some(case) = encoded_case(codec, settings, &step.volume, &pools, report) else { continue };
+        properties::check(&case, report);
+        atlas::check(&case, &step, report);
+        if let Some(dump) = dump {
+            parity::check(&case, dump, report);
+        }
+    }
     if encoded == 0 {
         let refused = report.refused - refused_before;
         report.fail(Property::Encode, format!("not one volume was encoded; {refused} were refused"));
     }
+}
+
+fn encoded_case<'a>(
+    codec: &'a dyn Codec,
+    settings: &'a Settings,
+    volume: &'a FiniteVolume,
+    pools: &[ThreadPool; 2],
+    report: &mut Report,
+) -> Option<Case<'a>> {
+    let stream = Arc::new(encode(codec, settings, volume, pools, report)?);
+    Some(Case { codec, settings, volume, stream })
 }
 
 fn pool(threads: usize) -> Result<ThreadPool, rayon::ThreadPoolBuildError> {

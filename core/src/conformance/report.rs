@@ -34,6 +34,9 @@ pub enum Property {
     Module,
     /// Shader and CPU agree, every voxel.
     Parity,
+    /// No volume comes back worse than its mean, nor noise and names worse than from a coarser grid of the same bytes
+    /// ([`crate::stability`]).
+    Trivial,
 }
 
 /// One property that did not hold.

@@ -10,6 +10,7 @@ mod spec;
 mod tests;
 mod write;
 
+pub use header::RESERVED;
 pub use read::{EncodedVolume, Tensor};
 pub use spec::{Element, Spec, TensorSpec};
 pub use write::{ContainerWriter, StreamWriter, Written};

@@ -3,7 +3,7 @@
 use super::super::folder::Folder;
 
 /// Commands that take files or settings, whose help shows how.
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "run",
     "render",
     "encode",
@@ -15,6 +15,7 @@ const COMMANDS: [&str; 11] = [
     "explain",
     "schema",
     "check-config",
+    "stability",
 ];
 
 /// The command lines under "Examples:" without what they explain and without the variables before them.

@@ -3,7 +3,7 @@
 use super::super::folder::Folder;
 
 /// Every command with the options that it has of its own.
-const COMMANDS: [(&str, &[&str]); 15] = [
+const COMMANDS: [(&str, &[&str]); 16] = [
     (
         "run",
         &[
@@ -50,6 +50,10 @@ const COMMANDS: [(&str, &[&str]); 15] = [
             "--device",
             "--skip-bytes",
         ],
+    ),
+    (
+        "stability",
+        &["[CODEC]...", "--quick", "--output", "--resume", "--config", "--edge", "--list", "Examples:"],
     ),
     ("convert", &["<IN>", "<OUT>", "--dims", "--dtype", "--frames", "--channels", "--spacing"]),
     ("info", &["<FILE>", "--dims", "--dtype"]),

@@ -78,6 +78,11 @@ fn a_bound_that_does_not_hold_is_found() {
 }
 
 #[test]
+fn values_worse_than_their_mean_are_found_without_any_bound() {
+    finds(Flaw::Inverts, Property::Trivial);
+}
+
+#[test]
 fn values_that_are_not_finite_are_found() {
     let report = run(&Probe::new(Flaw::DecodesNan), None);
     assert!(report.fails(Property::Bound));

@@ -35,6 +35,7 @@ pub enum Flaw {
     NothingDeferred,
     WorseStages,
     StageMissing,
+    Inverts,
 }
 
 #[derive(Debug)]
@@ -141,15 +142,28 @@ impl Encoder for ProbeEncoder {
                 values.iter_mut().for_each(|v| *v = (*v / 4.0).round() * 4.0);
             }
             range = ValueRange::of(values.iter().copied()).into_iter().fold(range, ValueRange::union);
+            if self.flaw == Flaw::Inverts {
+                let ValueRange { min, max } = range_of_frame(&values);
+                values.iter_mut().for_each(|v| *v = (min + (max - *v)).clamp(min, max));
+            }
             let words: Vec<u32> = values.iter().map(|v| (v * f32::from(self.sign)).to_bits()).collect();
             out.append_words("samples", &words)?;
             run.advance(layout.extent.voxels())?;
         }
         out.shape("samples", &[u64::from(layout.frames), layout.samples_per_frame()])?;
         out.parameters_of(&Parameters { sign: self.sign, range })?;
-        let error_bound = Some(if self.flaw == Flaw::WrongBound { 1.0 } else { 0.0 });
+        let error_bound = match self.flaw {
+            Flaw::WrongBound => Some(1.0),
+            // It promises nothing, and so breaks no promise.
+            Flaw::Inverts => None,
+            _ => Some(0.0),
+        };
         Ok(EncodeReport { error_bound, notes })
     }
+}
+
+fn range_of_frame(values: &[f32]) -> ValueRange {
+    ValueRange::of(values.iter().copied()).unwrap_or(ValueRange { min: 0.0, max: 0.0 })
 }
 
 #[derive(Debug)]

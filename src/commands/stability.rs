@@ -1,0 +1,167 @@
+//! `cvr stability`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use cvr_core::stability::{Subject, Verdict};
+
+use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
+use crate::experiment::folder::lock;
+use crate::experiment::{interrupt, machine};
+use crate::progress::CellBar;
+use crate::registry::codecs;
+use crate::stability::atlas::Atlas;
+use crate::stability::breaking::Breaking;
+use crate::stability::config::Config;
+use crate::stability::plan::Plan;
+use crate::stability::report::{self, Provenance};
+use crate::stability::runner::{Outcome, Run};
+use crate::stability::scenes::Provocation;
+
+const NOTES: &str = "\
+Examples:
+  cvr stability --quick
+  cvr stability s3dc vq --output results/atlas
+  cvr stability --output results/atlas --resume
+  cvr stability --edge 32 --picture 48 --output results/atlas32
+  cvr stability --config configs/stability.toml --list
+
+Every codec with its default settings, and those of the configuration, is taken through volumes that provoke, each with a
+dial from easy to hard, and drawn in scenes that provoke. Verdicts follow rules that docs/stability.md tells. The folder
+then holds atlas.html (heat map, curves, breaking points, the worst pictures), atlas.csv, breaking.csv, encoders.csv and
+atlas.json.
+
+Ctrl-C ends it after the running cells, writes what is finished and exits with 130; --resume goes on. It exits with 1
+where a codec broke its own promise.";
+
+/// Arguments of `cvr stability`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = NOTES)]
+pub struct Args {
+    /// Codecs by id; all without any.
+    #[arg(value_name = "CODEC")]
+    codecs: Vec<String>,
+    /// A coarser atlas: smaller volumes and pictures, fewer steps and scenes.
+    #[arg(long)]
+    quick: bool,
+    /// Folder for tables and pictures; default results/stability, with --quick results/stability-quick.
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Take over what an earlier run has measured in the folder under the same settings and software. Without it the
+    /// folder is emptied.
+    #[arg(long)]
+    resume: bool,
+    /// Sizes, scenes and further settings; default is the configuration that comes with the program.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Longest axis of the volumes in voxels, 12 to 48, in place of the configuration's.
+    #[arg(long, value_name = "VOXELS")]
+    edge: Option<u32>,
+    /// Edge of the pictures in pixels, 16 to 96, in place of the configuration's.
+    #[arg(long, value_name = "PIXELS")]
+    picture: Option<u32>,
+    /// Print volumes, dials, scenes and codecs, and run nothing.
+    #[arg(long)]
+    list: bool,
+}
+
+/// Runs the atlas.
+///
+/// # Errors
+/// When configuration, codecs or folder are unusable.
+pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    let config = match &args.config {
+        Some(path) => Config::read(path),
+        None => Config::own(),
+    };
+    let config = config.map_err(BadInput)?;
+    let mut config = if args.quick { config.quick() } else { config };
+    config.edge = args.edge.unwrap_or(config.edge);
+    config.picture = args.picture.unwrap_or(config.picture);
+    config.check().map_err(|e| BadInput(format!("--edge or --picture: {e}")))?;
+    let plan = Plan::new(config, &codecs()?, &args.codecs).map_err(BadInput)?;
+    if args.list {
+        list(&plan);
+        return Ok(ExitCode::SUCCESS);
+    }
+    let folder = args.output.clone().unwrap_or_else(|| {
+        Path::new("results").join(if args.quick { "stability-quick" } else { "stability" })
+    });
+    std::fs::create_dir_all(&folder).map_err(|e| BadInput(format!("{}: {e}", folder.display())))?;
+    let _lock = lock(&folder).map_err(BadInput)?;
+    let start = Instant::now();
+    let bar = CellBar::new(plan.cells() + plan.encoder_cells());
+    let run = Run {
+        plan: &plan,
+        folder: &folder,
+        resume: args.resume,
+        stop: interrupt::listen(),
+        report: &|done, name| bar.cell(done, name),
+    };
+    let outcome = run.run().map_err(BadInput)?;
+    bar.finish();
+    let atlas = Atlas::of(&outcome.measured);
+    let provenance = Provenance::now(&plan);
+    atlas.write(&folder, &provenance, &outcome.encoders)?;
+    report::write(&folder, &provenance, &plan, &atlas, &outcome).map_err(BadInput)?;
+    Ok(summary(args, &folder, &atlas, &outcome, start))
+}
+
+fn list(plan: &Plan) {
+    for dial in &plan.dials {
+        let Subject { name, doc, dial: turns, .. } = dial.subject;
+        let values: Vec<String> = dial.steps.iter().map(|s| dial.subject.steps[*s].to_string()).collect();
+        say!("{name}  {doc}\n    {turns}: {}", values.join(", "));
+    }
+    say!("");
+    for Provocation { name, doc, .. } in &plan.scenes {
+        say!("{name}  {doc}");
+    }
+    say!("");
+    for contestant in &plan.contestants {
+        say!("{}", contestant.label);
+    }
+    say!("\n{} cells, {} measurements of encoders", plan.cells(), plan.encoder_cells());
+}
+
+fn summary(args: &Args, folder: &Path, atlas: &Atlas, outcome: &Outcome, start: Instant) -> ExitCode {
+    for Breaking { label, subject, dial, fails_at, fails_in, fails_by, .. } in &atlas.breaking {
+        if let (Some(at), Some(scene), Some(reason)) = (fails_at, fails_in, fails_by) {
+            say!("{label}: {subject} breaks at {at} ({dial}), {scene}, {}", reason.name());
+        }
+    }
+    let broken: Vec<_> = atlas.broken().collect();
+    for row in &broken {
+        let problem = row.problem.as_deref().unwrap_or("no reason given");
+        eprintln!("broken promise: {} {} at {}: {problem}", row.label, row.subject, row.value);
+    }
+    for encoder in outcome.encoders.iter().filter(|e| e.problem.is_none() && !e.threads_agree) {
+        eprintln!(
+            "broken promise: {} {}: bytes depend on the number of threads",
+            encoder.label, encoder.subject
+        );
+    }
+    let count = |verdict| atlas.rows.iter().filter(|r| r.verdict == verdict).count();
+    say!(
+        "{} verdicts: {} hold, {} degrade, {} fail, {} refused; {:.0} s",
+        atlas.rows.len(),
+        count(Verdict::Holds),
+        count(Verdict::Degrades),
+        count(Verdict::Fails),
+        count(Verdict::Refused),
+        start.elapsed().as_secs_f64()
+    );
+    if args.resume {
+        say!("{} cells taken over", outcome.taken_over);
+    }
+    say!("atlas: {}", folder.join("atlas.html").display());
+    if outcome.missing > 0 {
+        let command = machine::command_line();
+        let resume = if args.resume { "" } else { " --resume" };
+        eprintln!("interrupted: {} cells are left; go on with: {command}{resume}", outcome.missing);
+        return ExitCode::from(INTERRUPTED);
+    }
+    let threads = outcome.encoders.iter().any(|e| e.problem.is_none() && !e.threads_agree);
+    if broken.is_empty() && !threads { ExitCode::SUCCESS } else { ExitCode::from(SOME_FAILED) }
+}
