@@ -36,6 +36,11 @@ pub(super) fn volumes(records: &[Record]) -> Vec<String> {
     distinct(records.iter().map(|r| r.volume.clone()))
 }
 
+/// Devices in the order of their first records: what times may be compared within.
+pub(super) fn devices<'a>(records: impl Iterator<Item = &'a Record>) -> Vec<String> {
+    distinct(records.map(|r| r.device.clone()))
+}
+
 /// Values in the order of their first appearance.
 pub(super) fn distinct<T: Ord + Clone>(values: impl Iterator<Item = T>) -> Vec<T> {
     let mut seen = BTreeSet::new();
