@@ -88,69 +88,99 @@ fn signed(value: f64, decimals: usize) -> String {
     }
 }
 
-fn shown(value: Result<f64, Refused>, text: impl Fn(f64) -> String) -> Value {
-    match value {
-        Ok(value) => context! { text => text(value) },
-        Err(refused) => context! { refused => refused.to_string() },
+/// One cell of a table: a value, or why there is none.
+fn shown(
+    d: Option<&Difference>,
+    of: fn(&Difference) -> Result<f64, Refused>,
+    text: fn(f64) -> String,
+) -> Value {
+    let Some(d) = d else { return context! {} };
+    let why = format!("{} and {} points", d.points[1], d.points[0]);
+    match of(d) {
+        Ok(value) => context! { text => text(value), why => why },
+        Err(Refused::Few(points)) => context! { refused => format!("{points} points"), why => why },
+        Err(refused @ Refused::Apart(share)) => {
+            context! { refused => format!("{:.0} % overlap", 100.0 * share), why => refused.to_string() }
+        }
     }
+}
+
+fn rate_text(log_rate: f64) -> String {
+    signed(percent(log_rate), 1)
+}
+
+fn decibel_text(decibels: f64) -> String {
+    signed(decibels, 2)
 }
 
 /// The tables: one for each anchor, the first of which the page shows and the others it folds.
 pub(super) fn tables(records: &[Record]) -> Vec<Value> {
     let scopes = scopes(records);
     let table = |anchor: String| {
-        let rows: Vec<(&Scope, Difference)> =
+        let all: Vec<(&Scope, Difference)> =
             scopes.iter().flat_map(|s| against(s, &anchor).into_iter().map(move |d| (s, d))).collect();
-        let told = rows.iter().filter(|(_, d)| d.log_rate.is_ok() || d.decibels.is_ok()).count();
-        let lines: Vec<Value> =
-            rows.iter().map(|(scope, d)| line(&scope.volume, &scope.view, scope.measure, d)).collect();
-        let means = means(&rows);
-        (!rows.is_empty()).then(|| context! { anchor => anchor, rows => lines, means => means, told => told })
+        let rows: Vec<Value> = distinct(all.iter().map(|(s, _)| s.volume.clone()))
+            .iter()
+            .flat_map(|v| of_volume_rows(v, &all))
+            .collect();
+        let codecs = distinct(all.iter().map(|(_, d)| d.codec.clone()));
+        // A mean of one is none.
+        let several = of_several(all.iter().map(|(scope, _)| *scope));
+        let means: Vec<Value> = codecs.iter().filter(|_| several).map(|codec| means(codec, &all)).collect();
+        (!all.is_empty()).then(|| context! { anchor => anchor, rows => rows, means => means })
     };
     anchors(&scopes).into_iter().filter_map(table).collect()
 }
 
-fn line(volume: &str, view: &str, measure: &str, d: &Difference) -> Value {
-    context! {
-        volume => volume,
-        measure => if view.is_empty() { measure.to_owned() } else { format!("{measure}, {view}") },
-        codec => d.codec.clone(),
-        points => format!("{} / {}", d.points[1], d.points[0]),
-        rate => shown(d.log_rate, |v| signed(percent(v), 1)),
-        decibels => shown(d.decibels, |v| signed(v, 2)),
-    }
+/// Whether these are of several volumes, or of several views of one.
+fn of_several<'a>(scopes: impl Iterator<Item = &'a Scope>) -> bool {
+    let all: Vec<&Scope> = scopes.collect();
+    let views = all.iter().filter(|s| s.measure == PICTURE).map(|s| s.view.clone());
+    distinct(all.iter().map(|s| s.volume.clone())).len() > 1 || distinct(views).len() > 1
 }
 
-/// Per measure and codec the mean over volumes and views where the difference could be told, and over how many.
-fn means(rows: &[(&Scope, Difference)]) -> Vec<Value> {
-    let keys = distinct(rows.iter().map(|(scope, d)| (scope.measure, d.codec.clone())));
-    let mean = |values: Vec<f64>| {
-        let n = values.len();
-        (n > 0).then(|| (values.into_iter().sum::<f64>() / n as f64, n))
-    };
-    let row = |(measure, codec): (&'static str, String)| {
-        let own: Vec<&Difference> = rows
-            .iter()
-            .filter(|(scope, d)| scope.measure == measure && d.codec == codec)
-            .map(|(_, d)| d)
-            .collect();
-        if own.len() < 2 {
-            return None;
+/// One row per codec and view; what concerns no view stands in the first.
+fn of_volume_rows(volume: &str, all: &[(&Scope, Difference)]) -> Vec<Value> {
+    let own = || all.iter().filter(|(s, _)| s.volume == volume);
+    let mut views = distinct(own().filter(|(s, _)| s.measure == PICTURE).map(|(s, _)| s.view.clone()));
+    if views.is_empty() {
+        views.push(String::new());
+    }
+    let mut rows = Vec::new();
+    for codec in distinct(own().map(|(_, d)| d.codec.clone())) {
+        for (i, view) in views.iter().enumerate() {
+            let find = |measure: &str, view: &str| {
+                let found = own().find(|(s, d)| s.measure == measure && s.view == view && d.codec == codec);
+                found.map(|(_, d)| d)
+            };
+            let [voxels, foreground] = Measure::ALL.map(|m| find(m.name(), "").filter(|_| i == 0));
+            let cells = [voxels, foreground, find(PICTURE, view)]
+                .map(|d| [shown(d, |d| d.log_rate, rate_text), shown(d, |d| d.decibels, decibel_text)]);
+            let view = if views.len() > 1 { view.as_str() } else { "" };
+            rows.push(
+                context! { volume => volume, view => view, codec => codec.clone(), cells => cells.concat() },
+            );
         }
-        let text = |mean: Option<(f64, usize)>, text: &dyn Fn(f64) -> String| match mean {
-            Some((value, n)) => context! { text => text(value), of => format!("{n} of {}", own.len()) },
-            None => context! { refused => "refused on each" },
-        };
-        let rate = mean(own.iter().filter_map(|d| d.log_rate.ok()).collect());
-        let decibels = mean(own.iter().filter_map(|d| d.decibels.ok()).collect());
-        Some(context! {
-            measure => measure,
-            codec => codec,
-            rate => text(rate, &|v| signed(percent(v), 1)),
-            decibels => text(decibels, &|v| signed(v, 2)),
-        })
+    }
+    rows
+}
+
+/// The means of a codec over volumes and views, where the difference could be told, and over how many that was.
+fn means(codec: &str, all: &[(&Scope, Difference)]) -> Value {
+    let cell = |measure: &str, of: fn(&Difference) -> Result<f64, Refused>, text: fn(f64) -> String| {
+        let own = || all.iter().filter(|(s, d)| s.measure == measure && d.codec == codec);
+        let told: Vec<f64> = own().filter_map(|(_, d)| of(d).ok()).collect();
+        let (n, every) = (told.len(), own().count());
+        if n == 0 {
+            return context! { refused => if every > 0 { "–" } else { "" } };
+        }
+        let mean = told.iter().sum::<f64>() / n as f64;
+        context! { text => text(mean), of => (n < every).then(|| format!("{n} of {every}")), why => format!("over {n} of {every}") }
     };
-    keys.into_iter().filter_map(row).collect()
+    let [voxels, foreground] = Measure::ALL.map(Measure::name);
+    let cells = [voxels, foreground, PICTURE]
+        .map(|m| [cell(m, |d| d.log_rate, rate_text), cell(m, |d| d.decibels, decibel_text)]);
+    context! { codec => codec, cells => cells.concat() }
 }
 
 /// Every pair, in full precision; what was refused is empty, with the reason beside it.
@@ -233,11 +263,16 @@ mod tests {
         assert_eq!(tables.len(), 2);
         let first = &tables[0];
         assert_eq!(first.get_attr("anchor").unwrap().as_str(), Some("s3dc"));
+        // Over both volumes: BD-rate and BD-PSNR of all voxels and of the foreground, and pictures that there are none of.
         let mean = first.get_attr("means").unwrap().get_item_by_index(0).unwrap();
         assert_eq!(mean.get_attr("codec").unwrap().as_str(), Some("vq"));
-        let decibels = mean.get_attr("decibels").unwrap();
-        assert_eq!(decibels.get_attr("text").unwrap().as_str(), Some("+2.00"));
-        assert_eq!(decibels.get_attr("of").unwrap().as_str(), Some("2 of 2"));
+        let cells = mean.get_attr("cells").unwrap();
+        let text = |i: usize| cells.get_item_by_index(i).unwrap().get_attr("text").unwrap().to_string();
+        assert_eq!([text(0), text(1), text(2), text(3)], ["−24.2", "+2.00", "−12.9", "+1.00"]);
+        assert_eq!(cells.get_item_by_index(1).unwrap().get_attr("why").unwrap().to_string(), "over 2 of 2");
+        let row = first.get_attr("rows").unwrap().get_item_by_index(1).unwrap();
+        let cell = row.get_attr("cells").unwrap().get_item_by_index(0).unwrap();
+        assert_eq!(cell.get_attr("refused").unwrap().as_str(), Some("2 points"));
     }
 
     #[test]

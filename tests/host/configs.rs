@@ -41,6 +41,7 @@ fn every_configuration_resolves() {
     }
     let expected = [
         ("compare", 60, 0),
+        ("cost-growth", 40, 0),
         ("hvq", 20, 16),
         ("quickstart", 34, 11),
         ("renderers", 104, 40),

@@ -133,7 +133,7 @@ fn add_mark(scene: &mut Scene, point: &Point, x: f64, y: f64) {
             anchor: TextAnchor::Middle,
             rotate: None,
             bold: true,
-            color: Some(Color::from(mark.colour.css())),
+            color: Some(Color::from(mark.paint().1)),
         });
     }
     scene.elements.push(Primitive::GroupEnd);

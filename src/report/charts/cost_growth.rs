@@ -1,6 +1,6 @@
 //! How time and memory grow with the number of voxels: one volume in several sizes, and the power that fits.
 
-use super::super::cells::{codec_name, distinct, ok, site_rank};
+use super::super::cells::{brief_name, codec_name, distinct, ok, site_rank};
 use super::super::chart::{Axis, Chart, LegendEntry, Line, Mark, Point, Scale, Shape};
 use super::super::number::short;
 use super::marks::{Palette, number, title};
@@ -143,6 +143,7 @@ pub(super) fn cost_growth(
             series.iter().filter_map(|r| Some((r.voxels as f64, value(r)?))).collect();
         let fit = fit(&measured);
         let Some(first) = series.first() else { continue };
+        let brief = brief_name(first, &cells);
         let mark = Mark::filled(Shape::series(i), palette.colour(&first.codec));
         if let Ok(fit) = fit {
             let ends =
@@ -152,9 +153,9 @@ pub(super) fn cost_growth(
         }
         let label = match fit {
             Ok(Fit { exponent, error, .. }) => {
-                format!("{name}: voxels^{exponent:.2} (± {error:.2}, {} sizes)", measured.len())
+                format!("{brief}: voxels^{exponent:.2} (± {error:.2}, {} sizes)", measured.len())
             }
-            Err(sizes) => format!("{name}: no fit, {sizes} of {LEAST_SIZES} sizes"),
+            Err(sizes) => format!("{brief}: no fit, {sizes} of {LEAST_SIZES} sizes"),
         };
         for (r, (voxels, value)) in series.iter().zip(&measured) {
             let (x, y) = (voxels / 1e6, value * cost.scale);

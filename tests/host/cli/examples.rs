@@ -3,7 +3,7 @@
 use super::super::folder::Folder;
 
 /// Commands that take files or settings, whose help shows how.
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "run",
     "render",
     "encode",
@@ -12,6 +12,7 @@ const COMMANDS: [&str; 11] = [
     "convert",
     "shader",
     "merge",
+    "compare",
     "explain",
     "schema",
     "check-config",

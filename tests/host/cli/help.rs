@@ -3,7 +3,7 @@
 use super::super::folder::Folder;
 
 /// Every command with the options that it has of its own.
-const COMMANDS: [(&str, &[&str]); 15] = [
+const COMMANDS: [(&str, &[&str]); 16] = [
     (
         "run",
         &[
@@ -21,6 +21,7 @@ const COMMANDS: [(&str, &[&str]); 15] = [
         ],
     ),
     ("merge", &["<DIR>", "--out"]),
+    ("compare", &["<RESULTS>", "--csv", "--noise", "Examples:"]),
     ("check-config", &["<CONFIG>", "--set"]),
     ("explain", &["<CONFIG>", "--set", "--volume", "--device", "--no-estimate", "--dims", "Examples:"]),
     ("schema", &["--out", "--markdown", "#:schema", "Examples:"]),
