@@ -1,5 +1,6 @@
 //! The comparison as a person reads it at a terminal.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use comfy_table::{CellAlignment, Table, presets};
@@ -97,9 +98,11 @@ fn list(out: &mut String, what: &str, lines: Vec<String>) {
     }
 }
 
-/// Names of cells without what they all share.
+/// Names of cells without what they all share, and without settings that all cells of their codec share.
 struct Naming {
     varies: [bool; 9],
+    /// Per codec.
+    shared_settings: BTreeMap<String, BTreeSet<String>>,
     shared: String,
 }
 
@@ -112,12 +115,23 @@ impl Naming {
         });
         let first = parts.first().cloned().unwrap_or_default();
         let shared = first.into_iter().zip(varies).filter(|(part, varies)| !varies && !part.is_empty());
-        Self { varies, shared: shared.map(|(part, _)| part).collect::<Vec<_>>().join(", ") }
+        let mut shared_settings: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for r in records {
+            let own: BTreeSet<String> = r.settings.split_whitespace().map(str::to_owned).collect();
+            shared_settings
+                .entry(r.codec.clone())
+                .and_modify(|shared| shared.retain(|s| own.contains(s)))
+                .or_insert(own);
+        }
+        Self { varies, shared_settings, shared: shared.map(|(part, _)| part).collect::<Vec<_>>().join(", ") }
     }
 
     fn name(&self, record: &Record) -> String {
         let [volume, codec, settings, rest @ ..] = parts(record);
-        let mut name = format!("{volume} {codec} {settings}").trim_end().to_owned();
+        let shared = self.shared_settings.get(&codec);
+        let differs = |s: &&str| !shared.is_some_and(|shared| shared.contains(*s));
+        let settings: Vec<&str> = settings.split_whitespace().filter(differs).collect();
+        let mut name = format!("{volume} {codec} {}", settings.join(" ")).trim_end().to_owned();
         for (part, _) in
             rest.into_iter().zip(&self.varies[3..]).filter(|(part, varies)| **varies && !part.is_empty())
         {
@@ -250,6 +264,10 @@ fn sentence(quantity: &Quantity, both: &[Matched<'_>], [a, b]: [&str; 2], once: 
     let counts = format!("{less} less, {tie} tie, {more} more");
     match quantity.kind {
         Kind::Decibels => format!("{field}: {b} is {value} dB against {a} over {cells} cells: {counts}"),
+        Kind::Once if t.spread > 1.0 + 2.0 * once => format!(
+            "{field}: {b} is {value} times {a} over {cells} cells: {counts}; the ratios disagree by more than the noise of \
+             --noise, so that a single cell tells little"
+        ),
         _ => format!("{field}: {b} is {value} times {a} over {cells} cells: {counts}"),
     }
 }

@@ -107,9 +107,6 @@ struct Subject<'a> {
     note: Option<&'a str>,
 }
 
-const POOLED: &str = "Mean over the volumes of the PSNR at the same rate: each codec's curve on each volume is \
-    interpolated by monotone cubics over the logarithm of the rate, and drawn where it reaches on all of them. A codec \
-    without a curve on each is left out.";
 const BUDGET: &str = "Memory is what stays on the device while it draws or, where it is more, what decoding needs \
     meanwhile. The line goes from one best cell to the next.";
 const GROWTH: &str = "One volume in several sizes. Dashed: cost = a · voxels^b by least squares of the logarithms, b with \
@@ -130,8 +127,9 @@ fn all_volumes(list: &mut List, records: &[Record], provenance: &Provenance, pal
     for measure in Measure::ALL {
         let title = format!("Mean PSNR of the voxels over bits per voxel, {}", measure.name());
         let kind = format!("pooled-{}", measure.field().trim_end_matches("_db").replace('_', "-"));
-        let of = Subject { note: Some(POOLED), ..Subject::default() };
-        list.add(pooled::pooled(records, palette, measure), &kind, &title, &of, false);
+        let Some((drawing, note)) = pooled::pooled(records, palette, measure) else { continue };
+        let of = Subject { note: Some(&note), ..Subject::default() };
+        list.add(Some(drawing), &kind, &title, &of, false);
     }
     for family in cost_growth::families(provenance) {
         for device in devices(records.iter()) {
@@ -177,3 +175,6 @@ fn one_volume(list: &mut List, records: &[Record], palette: &Palette, volume: &s
         list.add(time, "memory-budget-time", "Frame time of that picture", &of, false);
     }
 }
+
+#[cfg(test)]
+mod tests;

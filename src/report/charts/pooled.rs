@@ -15,6 +15,9 @@ const MARKS: u32 = 9;
 /// Pieces of line between two marks.
 const PIECES: u32 = 8;
 
+const DEFINITION: &str = "Mean over the volumes of the PSNR at the same rate: each codec's curve on each volume is interpolated \
+    by monotone cubics over the logarithm of the rate, and the mean drawn where the codec's curves reach on all of them.";
+
 /// A codec's quality on each volume, over log10 of the rate.
 struct Pool {
     codec: String,
@@ -38,8 +41,8 @@ impl Pool {
 
 /// Mean over the volumes of a codec's PSNR at the same rate, between the rates that all of its curves cover. A codec is
 /// drawn if it has a curve of two points or more on each of the volumes on which any codec has one, so that all lines are
-/// means over the same volumes.
-pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) -> Option<Drawing> {
+/// means over the same volumes. With the chart comes how it is defined, in words.
+pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) -> Option<(Drawing, String)> {
     let mut pools: Vec<Pool> = Vec::new();
     let mut pooled = Vec::new();
     for volume in volumes(records) {
@@ -99,13 +102,13 @@ pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) ->
         format!("mean PSNR, {}, in dB  (better →)", measure.name()),
         Scale::Linear,
     );
-    let mut description =
+    let description =
         format!("Mean PSNR over {} volumes at equal bits per voxel, {}", pooled.len(), measure.name());
+    let mut note = format!("{DEFINITION} Volumes: {}.", pooled.join(", "));
     if !left_out.is_empty() {
         let names: Vec<&str> = left_out.iter().map(|p| p.codec.as_str()).collect();
-        description +=
-            &format!("; left out, since not on all volumes or at no common rate: {}", names.join(", "));
+        note += &format!(" Left out, since not on all of them or at no common rate: {}.", names.join(", "));
     }
-    (!points.is_empty())
-        .then_some(Drawing { chart: Chart { description, x, y, lines, points, legend }, sheet: Some(sheet) })
+    let chart = Chart { description, x, y, lines, points, legend };
+    (!chart.points.is_empty()).then_some((Drawing { chart, sheet: Some(sheet) }, note))
 }
