@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    check_config, codecs, convert, decode, devices, encode, explain, info, merge, presets, render, renderers,
-    run, schema, shader, stability,
+    check_config, codecs, compare, convert, decode, devices, encode, explain, info, merge, presets, render,
+    renderers, run, schema, shader, stability,
 };
 use crate::exit::{BAD_INPUT, BadInput};
 
@@ -25,6 +25,7 @@ Examples:
   cvr run configs/compare.toml --resume                 go on where a run was stopped
   cvr explain configs/compare.toml                      what that would run, in what time and memory
   cvr merge half1 half2 --out both                      join what two shards have measured
+  cvr compare before after                              lay two runs side by side, with ties where they are
   cvr encode head.nrrd head.cvr --codec s3dc --set block=8
   cvr info 'viscous/step*.raw' --dims 64x64x64 --dtype f32
   cvr convert head.nii.gz head.nrrd
@@ -41,6 +42,8 @@ enum Command {
     Run(run::Args),
     /// Join the results of shards, or of several machines, in one folder.
     Merge(merge::Args),
+    /// Lay runs side by side: ratios of the same cells on other machines or versions, and what is a tie.
+    Compare(compare::Args),
     /// Read a configuration and say what it would run, or what is wrong with it.
     CheckConfig(check_config::Args),
     /// Say before anything runs what a configuration would run, and about how long and in how much memory.
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Merge(args) => merge::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::CheckConfig(args) => check_config::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Schema(args) => schema::run(&args),

@@ -5,6 +5,7 @@ mod say;
 
 pub mod cli;
 pub mod commands;
+pub mod compare;
 pub mod estimate;
 pub mod exit;
 pub mod experiment;

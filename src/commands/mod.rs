@@ -2,6 +2,7 @@
 
 pub mod check_config;
 pub mod codecs;
+pub mod compare;
 pub mod convert;
 pub mod decode;
 pub mod devices;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::ReportError;
 use super::chart::{Chart, Point};
+use super::charts::Sheet;
 use super::page::STYLE;
 use crate::experiment::folder::CHARTS;
 use crate::experiment::record::{Record, Status};
@@ -17,12 +18,20 @@ const LONGEST: usize = 120;
 pub(super) struct Figure {
     /// File name without ending; no two are alike, not even in lower case.
     pub(super) name: String,
-    pub(super) volume: String,
+    /// `None` for all together.
+    pub(super) volume: Option<String>,
     pub(super) caption: String,
     /// The legend stands beside the drawing, not below.
     pub(super) wide: bool,
     pub(super) chart: Chart,
+    /// What its CSV file holds, where that is not its marks.
+    pub(super) sheet: Option<Sheet>,
+    /// How its numbers are defined.
+    pub(super) note: Option<String>,
 }
+
+/// What charts of no single volume stand under.
+pub(super) const ALL_VOLUMES: &str = "All volumes";
 
 /// A name for files from the names of what a chart shows: letters, digits and `._=,-` alone. Where it had to be changed
 /// or cut, a checksum of the true names ends it; parts with a `-` of their own could blur the borders.
@@ -43,22 +52,34 @@ pub(super) fn file_name(parts: &[&str]) -> String {
     name
 }
 
-/// Writes the files, each whole or not at all, and then removes those of charts that are no more.
-pub(super) fn write(dir: &Path, figures: &[Figure], records: &[Record]) -> Result<(), ReportError> {
+/// Writes the files, each whole or not at all, and then removes those of charts that are no more. `tables` have names
+/// without ending, and no drawing.
+pub(super) fn write(
+    dir: &Path,
+    figures: &[Figure],
+    tables: &[(&str, Sheet)],
+    records: &[Record],
+) -> Result<(), ReportError> {
     let folder = dir.join(CHARTS);
-    if !figures.is_empty() {
+    if !figures.is_empty() || !tables.is_empty() {
         std::fs::create_dir_all(&folder).map_err(|e| ResultsError::new(&folder, e))?;
     }
     let mut written = Vec::new();
     for figure in figures {
-        let title = format!("{}: {}", figure.volume, figure.caption);
+        let title = format!("{}: {}", figure.volume.as_deref().unwrap_or(ALL_VOLUMES), figure.caption);
         let svg = figure.chart.svg_file(&title, STYLE);
-        let csv = csv(&figure.chart, records).map_err(|e| ResultsError::new(&folder, e))?;
+        let csv = figure.sheet.as_ref().map_or_else(|| csv(&figure.chart, records), lines);
+        let csv = csv.map_err(|e| ResultsError::new(&folder, e))?;
         for (ending, bytes) in [("svg", svg.into_bytes()), ("csv", csv)] {
             let name = format!("{}.{ending}", figure.name);
             write_whole(&folder.join(&name), &bytes)?;
             written.push(name);
         }
+    }
+    for (name, sheet) in tables {
+        let name = format!("{name}.csv");
+        write_whole(&folder.join(&name), &lines(sheet).map_err(|e| ResultsError::new(&folder, e))?)?;
+        written.push(name);
     }
     for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
@@ -79,12 +100,22 @@ fn csv(chart: &Chart, records: &[Record]) -> Result<Vec<u8>, csv::Error> {
     let mut points: Vec<&Point> = chart.points.iter().filter(shown).collect();
     points.sort_by_key(|p| p.cell);
     for point in points {
-        let Some(r) = records.get(point.cell) else { continue };
+        let Some(r) = point.cell.and_then(|cell| records.get(cell)) else { continue };
         let status = if r.status == Status::Ok { "ok" } else { "failed" };
         let cell = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene, &r.device];
         let values = [point.x.to_string(), point.y.to_string(), point.unbeaten.to_string()];
         let line = cell.map(String::as_str).into_iter().chain([status]);
         writer.write_record(line.chain(values.iter().map(String::as_str)))?;
+    }
+    writer.into_inner().map_err(|e| e.into_error().into())
+}
+
+/// A sheet as CSV.
+fn lines(sheet: &Sheet) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(&sheet.header)?;
+    for row in &sheet.rows {
+        writer.write_record(row)?;
     }
     writer.into_inner().map_err(|e| e.into_error().into())
 }

@@ -36,6 +36,11 @@ pub(super) fn volumes(records: &[Record]) -> Vec<String> {
     distinct(records.iter().map(|r| r.volume.clone()))
 }
 
+/// Devices in the order of their first records: what times may be compared within.
+pub(super) fn devices<'a>(records: impl Iterator<Item = &'a Record>) -> Vec<String> {
+    distinct(records.map(|r| r.device.clone()))
+}
+
 /// Values in the order of their first appearance.
 pub(super) fn distinct<T: Ord + Clone>(values: impl Iterator<Item = T>) -> Vec<T> {
     let mut seen = BTreeSet::new();
@@ -100,6 +105,19 @@ pub(super) fn codec_name(record: &Record) -> String {
     [record.codec.as_str(), record.settings.as_str()].join(" ").trim_end().to_owned() + &stages
 }
 
+/// As [`codec_name`], without the settings that all these cells of its codec share.
+pub(super) fn brief_name(record: &Record, among: &[&Record]) -> String {
+    let of_codec = || among.iter().filter(|r| r.codec == record.codec);
+    let shared = |setting: &&str| of_codec().all(|r| r.settings.split(' ').any(|s| s == *setting));
+    let differing: Vec<&str> = record.settings.split(' ').filter(|setting| !shared(setting)).collect();
+    codec_name(&Record {
+        settings: differing.join(" "),
+        codec: record.codec.clone(),
+        stages: record.stages,
+        ..Record::default()
+    })
+}
+
 /// Codec, settings, site and filter, and whether it skips.
 pub(super) fn cell_name(record: &Record) -> String {
     let skipping = if record.skipping { ", skipping" } else { "" };
@@ -115,6 +133,16 @@ pub(super) fn site_rank(site: &str) -> usize {
 mod tests {
     use super::*;
     use crate::experiment::results::tests::record;
+
+    #[test]
+    fn a_brief_name_says_what_tells_settings_apart() {
+        let with = |codec: &str, settings: &str| Record { settings: settings.into(), ..record("v", codec) };
+        let cells =
+            [with("vq", "block=2 seed=1"), with("vq", "block=4 seed=1"), with("hvq", "block=2 seed=1")];
+        let among: Vec<&Record> = cells.iter().collect();
+        let names: Vec<String> = cells.iter().map(|r| brief_name(r, &among)).collect();
+        assert_eq!(names, ["vq block=2", "vq block=4", "hvq"]);
+    }
 
     #[test]
     fn baselines_are_told_by_site_filter_and_who_filters() {

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::cells::{Baseline, blends, cell_name, ok};
-use super::chart::{Colour, Mark, Shape};
-use super::charts::{Palette, failure_entry, filter_entries};
+use super::chart::{Mark, Shape};
+use super::charts::{Palette, baseline_mark, failure_entry, filter_entries};
 use super::reproduce;
 use super::table::quantities;
 use crate::experiment::provenance::Provenance;
@@ -115,8 +115,7 @@ fn mark(record: &Record, palette: &Palette) -> (Mark, String) {
         return (entry.mark, entry.label);
     }
     if let Some(baseline) = Baseline::of(record) {
-        let mark = Mark { filled: false, ..Mark::filled(Shape::Letter(baseline.letter()), Colour::Ink) };
-        return (mark, baseline.label().to_owned());
+        return (baseline_mark(baseline), baseline.label().to_owned());
     }
     let mark = Mark { filled: blends(record), ..palette.series_mark(record) };
     (mark, format!("{}, {}", record.codec, record.site))

@@ -7,9 +7,12 @@
 
 pub mod chart;
 
+mod bd_table;
 mod beside;
+mod bjontegaard;
 mod cells;
 mod charts;
+mod curves;
 mod data;
 mod embed;
 mod number;
@@ -44,6 +47,9 @@ pub enum ReportError {
     File(#[from] ResultsError),
 }
 
+/// Name in `charts/`, without ending, of the differences between curves. It lacks the kind that ends the names of charts.
+const BJONTEGAARD: &str = "bjontegaard";
+
 /// Writes `report.html` and `charts/` into `dir` and returns its path; the file appears only when it is whole. Pictures are taken
 /// from the records' paths relative to `dir`.
 ///
@@ -56,10 +62,11 @@ pub fn write(
     refused: &[RefusedCell],
 ) -> Result<PathBuf, ReportError> {
     let path = dir.join("report.html");
-    let figures = page::figures(records);
+    let figures = charts::figures(records, provenance);
     let html = page::render(dir, provenance, records, refused, &figures)?;
     // Charts first: a report links to no file that is not there.
-    beside::write(dir, &figures, records)?;
+    let tables: Vec<_> = bd_table::sheet(records).map(|sheet| (BJONTEGAARD, sheet)).into_iter().collect();
+    beside::write(dir, &figures, &tables, records)?;
     write_whole(&path, html.as_bytes())?;
     Ok(path)
 }

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use minijinja::{AutoEscape, Environment, Value, context};
 
-use super::beside::{Figure, file_name};
-use super::cells::{View, views, volumes};
-use super::chart::{Chart, Mark};
-use super::charts::{Palette, frame_time, picture_ssim, voxel_psnr};
+use super::beside::{ALL_VOLUMES, Figure};
+use super::cells::volumes;
+use super::chart::Mark;
+use super::charts::Palette;
 use super::embed::{EMBEDDED_BYTES, Pictures, link};
-use super::{ReportError, data, pictures, script, summary, table};
+use super::{BJONTEGAARD, ReportError, bd_table, data, pictures, script, summary, table};
 use crate::experiment::folder::CHARTS;
 use crate::experiment::provenance::{Part, Provenance, RefusedCell, VolumeProvenance};
 use crate::experiment::record::Record;
@@ -40,6 +40,8 @@ pub(super) fn render(
         linked => embedded.linked(),
         error_classes => error_classes(),
         charts => charts(records, figures),
+        differences => bd_table::tables(records),
+        differences_file => Value::from_safe_string(link(&format!("{CHARTS}/{BJONTEGAARD}.csv"))),
         policy => script::policy(),
         script => Value::from_safe_string(script::text()),
         data => Value::from_safe_string(data::json(provenance, records, &Palette::new(records))),
@@ -57,45 +59,18 @@ fn error_classes() -> Vec<Value> {
     std::iter::once(none).chain(ERROR_CLASSES.iter().map(|c| class(c.label, c.rgb))).collect()
 }
 
-/// All charts, volume by volume.
-pub(super) fn figures(records: &[Record]) -> Vec<Figure> {
-    let palette = Palette::new(records);
-    let mut figures: Vec<Figure> = Vec::new();
-    for volume in volumes(records) {
-        let of_volume: Vec<View> = views(records).into_iter().filter(|v| v.volume == volume).collect();
-        let mut add = |chart: Option<Chart>, kind: &str, title: &str, view: Option<&View>, wide: bool| {
-            let name = view.map(View::name).unwrap_or_default();
-            let caption = if name.is_empty() { title.to_owned() } else { format!("{title} — {name}") };
-            let [scene, renderer] = view.map_or(["", ""], |v| [&v.scene, &v.renderer]);
-            let name = file_name(&[&volume, scene, renderer, kind]);
-            let volume = volume.clone();
-            figures.extend(chart.map(|chart| Figure { name, volume, caption, wide, chart }));
-        };
-        let voxels = voxel_psnr(records, &palette, &volume);
-        add(voxels, "voxel-psnr", "Voxels: PSNR over bits per voxel", None, false);
-        for view in &of_volume {
-            let ssim = picture_ssim(records, &palette, view);
-            add(ssim, "picture-ssim", "Picture: SSIM over bits per voxel", Some(view), false);
-        }
-        for view in &of_volume {
-            let time = frame_time(records, &palette, view);
-            add(time, "frame-time", "Frame time over PSNR of the picture", Some(view), true);
-        }
-    }
-    figures
-}
-
-/// One section of charts per volume.
+/// One section of charts of all volumes, where there are any, and one per volume.
 fn charts(records: &[Record], figures: &[Figure]) -> Vec<Value> {
-    let section = |volume: String| {
+    let section = |volume: Option<String>| {
         let own: Vec<Value> = figures.iter().filter(|f| f.volume == volume).map(figure).collect();
-        context! { volume => volume, figures => own }
+        (volume.is_some() || !own.is_empty())
+            .then(|| context! { volume => volume.unwrap_or_else(|| ALL_VOLUMES.to_owned()), figures => own })
     };
-    volumes(records).into_iter().map(section).collect()
+    std::iter::once(None).chain(volumes(records).into_iter().map(Some)).filter_map(section).collect()
 }
 
 fn figure(figure: &Figure) -> Value {
-    let Figure { name, caption, wide, chart, .. } = figure;
+    let Figure { name, caption, wide, chart, note, .. } = figure;
     // Drawings escape what they take from records themselves.
     let mark = |mark: &Mark| Value::from_safe_string(mark.svg());
     let legend: Vec<Value> =
@@ -108,6 +83,7 @@ fn figure(figure: &Figure) -> Value {
         description => chart.description.clone(),
         svg => Value::from_safe_string(chart.svg()),
         legend => legend,
+        note => note,
     }
 }
 

@@ -24,12 +24,12 @@ pub(super) fn front(costs: &[(f64, f64)]) -> Vec<usize> {
     order
 }
 
-/// The compressed cells of a view that none beats in both frame time and picture, fastest first. Uncompressed
-/// cells are the yardstick, and failed ones no competitors.
-pub(super) fn of_view<'a>(records: &'a [Record], view: &View) -> Vec<&'a Record> {
+/// The compressed cells of a view on one device that none beats in both frame time and picture, fastest first.
+/// Uncompressed cells are the yardstick, and failed ones no competitors.
+pub(super) fn of_view<'a>(records: &'a [Record], view: &View, device: &str) -> Vec<&'a Record> {
     let cells: Vec<(&Record, (f64, f64))> = records
         .iter()
-        .filter(|r| ok(r) && compressed(r) && View::of(r) == *view)
+        .filter(|r| ok(r) && compressed(r) && View::of(r) == *view && r.device == device)
         .filter_map(|r| Some((r, (r.relative_frame_time?, -r.image_psnr_db?))))
         .collect();
     let costs: Vec<_> = cells.iter().map(|c| c.1).collect();
@@ -63,7 +63,8 @@ mod tests {
         broken.status = Status::Failed;
         let records =
             [cell("raw", 0.5, f64::INFINITY), broken, cell("s3dc", 2.0, 40.0), cell("s3dc", 3.0, 39.0)];
-        let front = of_view(&records, &View::of(&records[0]));
+        let front = of_view(&records, &View::of(&records[0]), "");
         assert_eq!(front, [&records[2]]);
+        assert!(of_view(&records, &View::of(&records[0]), "another").is_empty());
     }
 }

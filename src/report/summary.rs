@@ -2,7 +2,9 @@
 
 use minijinja::{Value, context};
 
-use super::cells::{Baseline, View, cell_name, codec_name, compressed, distinct, ok, views, volumes};
+use super::cells::{
+    Baseline, View, cell_name, codec_name, compressed, devices, distinct, ok, views, volumes,
+};
 use super::number::{bytes, decibels, fixed, median, short};
 use super::pareto;
 use crate::experiment::provenance::RefusedCell;
@@ -17,11 +19,11 @@ const GOOD_PICTURE_DB: f64 = 40.0;
 
 pub(super) fn summary(records: &[Record], refused: &[RefusedCell]) -> Value {
     let failed = records.iter().filter(|r| !ok(r)).count();
-    let fronts: Vec<(View, Vec<&Record>)> = views(records)
-        .into_iter()
-        .map(|view| (pareto::of_view(records, &view), view))
-        .map(|(f, v)| (v, f))
-        .collect();
+    let devices = devices(records.iter());
+    let mut fronts: Vec<(View, Vec<&Record>)> = Vec::new();
+    for view in views(records) {
+        fronts.extend(devices.iter().map(|d| (view.clone(), pareto::of_view(records, &view, d))));
+    }
     let unbeaten: usize = fronts.iter().map(|(_, front)| front.len()).sum();
     let rows = fronts.iter().flat_map(|(view, front)| front.iter().map(move |r| (view, *r)));
     let rows: Vec<Value> = rows
@@ -29,7 +31,7 @@ pub(super) fn summary(records: &[Record], refused: &[RefusedCell]) -> Value {
         .map(|(view, r)| {
             context! {
                 volume => view.volume.clone(),
-                view => view.name(),
+                view => if devices.len() > 1 { format!("{}, {}", view.name(), r.device) } else { view.name() },
                 cell => cell_name(r),
                 rate => short(r.bits_per_voxel),
                 memory => bytes(r.resident_bytes),

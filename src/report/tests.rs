@@ -211,8 +211,8 @@ fn sample_report_is_whole_and_needs_no_network() {
         assert_eq!(count(&html, &format!("<section id=\"{section}\">")), 1, "{section}");
         assert_eq!(count(&html, &format!("href=\"#{section}\"")), 1, "{section}");
     }
-    // Per volume: voxels, picture, frame time.
-    assert_eq!(count(&html, "<svg class=\"chart\""), 6);
+    // Two of both volumes; per volume: voxels, picture, encoding, decoding, frame time, two of memory.
+    assert_eq!(count(&html, "<svg class=\"chart\""), 2 + 2 * 7);
     // Per volume a reference; per cell a picture and its error.
     assert_eq!(count(&html, "src=\"data:image/png;base64,"), 2 + 2 * records.len());
     assert_eq!(count(&html, "<tr class=\"failed\""), 1);

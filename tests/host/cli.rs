@@ -2,6 +2,7 @@
 
 mod bad_configurations;
 mod bad_files;
+mod compare;
 mod examples;
 mod explain;
 mod failing_cell;

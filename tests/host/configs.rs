@@ -46,6 +46,7 @@ fn every_configuration_resolves() {
     let expected = [
         ("bc4", 18, 6),
         ("compare", 60, 0),
+        ("cost-growth", 40, 0),
         ("hvq", 20, 16),
         ("peers", 126, 0),
         ("quickstart", 34, 11),

@@ -41,6 +41,10 @@ transfer_function = [[60, "#00000000"], [255, "#ffffffff"]]
 /// A name that no configuration would be given in good faith.
 const HOSTILE: &str = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
 
+/// Charts of the report: two of both volumes; per volume one of voxels, two of each device (encoding, decoding), one of
+/// each of two views, and the frame time of each view on each device. The mirror has no device memory to budget.
+const CHARTS: usize = 2 + 2 * (1 + 2 * 2 + 2 + 2 * 2);
+
 /// A report of two volumes, one of them of a hostile name, two devices and a failed cell; with its folder.
 fn report() -> &'static Folder {
     static REPORT: OnceLock<Folder> = OnceLock::new();
@@ -199,8 +203,7 @@ fn hostile_names_reach_the_page_as_text_alone() {
 fn without_scripts_everything_is_there_and_nothing_offers_what_does_not_work() {
     let report = report().text("out/report.html");
     let (page, _) = report.split_once("<script type=\"application/json\"").unwrap();
-    // Per volume and its two views: one chart of voxels, and two of each view.
-    assert_eq!(page.matches("<svg class=\"chart\"").count(), 2 * (1 + 2 * 2));
+    assert_eq!(page.matches("<svg class=\"chart\"").count(), CHARTS);
     assert_eq!(page.matches("<tr data-cell").count() + page.matches("<tr class=\"failed\"").count(), 96);
     for needs_script in ["<div id=\"explore\" hidden>", "<div id=\"chosen\" role=\"status\" hidden>"] {
         assert_eq!(page.matches(needs_script).count(), 1, "{needs_script}");
@@ -216,7 +219,7 @@ fn every_chart_lies_beside_the_report_and_none_of_an_earlier_one() {
     let mut files: Vec<String> =
         folder.names().iter().filter_map(|n| n.strip_prefix("out/").map(str::to_owned)).collect();
     files.retain(|name| name.starts_with("charts/"));
-    assert_eq!(files.len(), 2 * 2 * (1 + 2 * 2), "{files:?}");
+    assert_eq!(files.len(), 2 * CHARTS, "{files:?}");
     for name in &files {
         assert!(page.contains(&format!("href=\"{}\"", name.replace('=', "%3D"))), "{name} is linked");
         let text = folder.text(&format!("out/{name}"));
@@ -225,10 +228,17 @@ fn every_chart_lies_beside_the_report_and_none_of_an_earlier_one() {
         } else {
             let mut reader = csv::Reader::from_reader(text.as_bytes());
             let headers = reader.headers().unwrap().clone();
-            assert_eq!((&headers[0], &headers[11]), ("volume", "unbeaten"), "{name}");
             let lines: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().unwrap();
-            assert!(lines.len() > 1 && lines.iter().any(|l| &l[11] == "true"), "{name}");
-            assert!(lines.iter().all(|l| l[9].parse::<f64>().is_ok() && l[10].parse::<f64>().is_ok()));
+            assert!(!lines.is_empty(), "{name}");
+            // Of charts whose marks are no cells, or tell more than two values, the sheet has columns of its own.
+            let plain = !["pooled", "decode-rate"].iter().any(|kind| name.contains(kind));
+            if plain {
+                assert_eq!((&headers[0], &headers[11]), ("volume", "unbeaten"), "{name}");
+                assert!(lines.iter().any(|l| &l[11] == "true"), "{name}");
+                assert!(lines.iter().all(|l| l[9].parse::<f64>().is_ok() && l[10].parse::<f64>().is_ok()));
+            }
+            let at = headers.iter().position(|head| head.ends_with("psnr_db"));
+            assert!(at.is_none_or(|at| lines.iter().all(|l| l[at].parse::<f64>().is_ok())), "{name}");
         }
     }
     assert!(!files.iter().any(|name| name.contains("noise")), "the names before they were changed");

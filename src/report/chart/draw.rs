@@ -109,7 +109,8 @@ fn add_mark(scene: &mut Scene, point: &Point, x: f64, y: f64) {
     let (fill, stroke) = mark.paint();
     // Pushed past `Scene::add`, which would bring a style sheet for titles into every drawing.
     let faint = if mark.faint { " faint" } else { "" };
-    let attributes = format!("class=\"pt{faint}\" data-cell=\"{}\"", point.cell);
+    let cell = point.cell.map(|cell| format!(" data-cell=\"{cell}\"")).unwrap_or_default();
+    let attributes = format!("class=\"pt{faint}\"{cell}");
     scene.elements.push(Primitive::GroupStart {
         transform: None,
         title: Some(point.title.clone()),
@@ -132,7 +133,7 @@ fn add_mark(scene: &mut Scene, point: &Point, x: f64, y: f64) {
             anchor: TextAnchor::Middle,
             rotate: None,
             bold: true,
-            color: Some(Color::from(mark.colour.css())),
+            color: Some(Color::from(mark.paint().1)),
         });
     }
     scene.elements.push(Primitive::GroupEnd);
@@ -167,7 +168,7 @@ mod tests {
             y,
             mark: Mark::filled(Shape::Circle, Colour::Series(1)),
             title: title.into(),
-            cell: 7,
+            cell: Some(7),
             unbeaten: false,
         }
     }

@@ -38,7 +38,7 @@ pub struct Mark {
     pub colour: Colour,
     /// Filled, or an outline alone.
     pub filled: bool,
-    /// Drawn lightly.
+    /// Drawn in grey, as what another beats; its shape still tells the series.
     pub faint: bool,
 }
 
@@ -130,7 +130,7 @@ impl Mark {
     /// Fill and stroke as CSS values.
     #[must_use]
     pub fn paint(&self) -> (String, String) {
-        let colour = self.colour.css();
+        let colour = if self.faint { "var(--beaten)".to_owned() } else { self.colour.css() };
         match self.shape {
             Shape::Cross => ("none".to_owned(), colour),
             _ if self.filled => (colour, "var(--paper)".to_owned()),

@@ -49,8 +49,8 @@ pub struct Point {
     pub mark: Mark,
     /// Shown when pointed at.
     pub title: String,
-    /// Number of its record.
-    pub cell: usize,
+    /// Number of its record, if it stands for one.
+    pub cell: Option<usize>,
     /// Whether it lies on a line of those that none beats.
     pub unbeaten: bool,
 }

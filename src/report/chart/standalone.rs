@@ -50,8 +50,7 @@ impl Chart {
             let label = escaped(&entry.label);
             let _ = write!(svg, "<text x=\"16\" y=\"4.5\" font-size=\"13\">{label}</text></g>");
         }
-        // Faint marks are faint by the page's style.
-        let svg = svg.replace("class=\"pt faint\"", "opacity=\"0.42\"").replace("class=\"pt\" ", "");
+        let svg = svg.replace("class=\"pt faint\"", "").replace("class=\"pt\"", "");
         with_colours(svg + "</svg>\n", style)
     }
 }
@@ -91,7 +90,7 @@ mod tests {
                 colour: Colour::Failure,
                 dashed: true,
             }],
-            points: vec![Point { x: 1.0, y: 30.0, mark, title: evil.into(), cell: 0, unbeaten: true }],
+            points: vec![Point { x: 1.0, y: 30.0, mark, title: evil.into(), cell: Some(0), unbeaten: true }],
             legend: vec![LegendEntry { mark, label: evil.into() }],
         };
         let svg = chart.svg_file(evil, include_str!("../style.css"));
@@ -99,7 +98,7 @@ mod tests {
         for wrong in ["var(", "<script", "class=", "NaN"] {
             assert!(!svg.contains(wrong), "{wrong}: {svg}");
         }
-        assert!(svg.contains("#7a4fb5") && svg.contains("opacity=\"0.42\""));
+        assert!(svg.contains("#a8a8a4") && svg.contains("#c1121f"));
         let mut reader = quick_xml::Reader::from_str(&svg);
         loop {
             if matches!(reader.read_event().unwrap(), quick_xml::events::Event::Eof) {

@@ -12,6 +12,7 @@ const COMMANDS: [&str; 12] = [
     "convert",
     "shader",
     "merge",
+    "compare",
     "explain",
     "schema",
     "check-config",

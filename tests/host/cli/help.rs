@@ -21,6 +21,7 @@ const COMMANDS: [(&str, &[&str]); 16] = [
         ],
     ),
     ("merge", &["<DIR>", "--out"]),
+    ("compare", &["<RESULTS>", "--csv", "--noise", "Examples:"]),
     ("check-config", &["<CONFIG>", "--set"]),
     ("explain", &["<CONFIG>", "--set", "--volume", "--device", "--no-estimate", "--dims", "Examples:"]),
     ("schema", &["--out", "--markdown", "#:schema", "Examples:"]),

@@ -1,0 +1,182 @@
+//! What the charts share: which colour and shape a codec has, what a mark says, and what a legend tells.
+
+use super::super::cells::{Baseline, blends, cell_name, codec_name, compressed, distinct, ok};
+use super::super::chart::{Colour, LegendEntry, Line, Mark, Point, Shape};
+use super::super::number::{bytes, decibels, fixed, short};
+use super::super::pareto;
+use crate::experiment::record::Record;
+
+/// Which colour and shape a codec has throughout the report.
+#[derive(Debug)]
+pub(in super::super) struct Palette {
+    codecs: Vec<String>,
+    /// Codecs and sites.
+    series: Vec<(String, String)>,
+}
+
+impl Palette {
+    /// The uncompressed codec comes first whether it is there or not, so that codecs keep their colours.
+    pub(in super::super) fn new(records: &[Record]) -> Self {
+        let compressed = records.iter().filter(|r| compressed(r)).map(|r| r.codec.clone());
+        let codecs = distinct(std::iter::once("raw".to_owned()).chain(compressed));
+        Self { codecs, series: distinct(records.iter().map(|r| (r.codec.clone(), r.site.clone()))) }
+    }
+
+    fn index(&self, codec: &str) -> usize {
+        self.codecs.iter().position(|c| c == codec).unwrap_or(0)
+    }
+
+    pub(super) fn colour(&self, codec: &str) -> Colour {
+        Colour::Series(self.index(codec))
+    }
+
+    pub(super) fn codec_mark(&self, codec: &str) -> Mark {
+        Mark::filled(Shape::series(self.index(codec)), self.colour(codec))
+    }
+
+    /// The mark of a codec at a site.
+    pub(in super::super) fn series_mark(&self, record: &Record) -> Mark {
+        let at = self.series.iter().position(|(codec, site)| *codec == record.codec && *site == record.site);
+        Mark::filled(Shape::series(at.unwrap_or(0)), self.colour(&record.codec))
+    }
+
+    /// One entry for each codec of these cells.
+    pub(super) fn codec_entries(&self, cells: &[&Record]) -> Vec<LegendEntry> {
+        let codecs = distinct(cells.iter().map(|r| r.codec.clone()));
+        codecs.into_iter().map(|codec| LegendEntry { mark: self.codec_mark(&codec), label: codec }).collect()
+    }
+}
+
+/// What a point of a chart says.
+pub(super) fn title(record: &Record) -> String {
+    let mut title = format!(
+        "{}\n{} bits per voxel, PSNR {}, picture {}, SSIM {}",
+        cell_name(record),
+        short(record.bits_per_voxel),
+        decibels(record.psnr_db),
+        decibels(record.image_psnr_db),
+        fixed(record.image_ssim, 4)
+    );
+    if record.encode_seconds.is_some() || record.decode_seconds.is_some() {
+        let [encode, decode] = [record.encode_seconds, record.decode_seconds].map(short);
+        title += &format!("\nencoded in {encode} s, decoded on the CPU in {decode} s");
+    }
+    if let Some(memory) = record.resident_bytes {
+        title += &format!("\n{} in device memory", bytes(Some(memory)));
+        if let Some(peak) = record.device_decode_bytes {
+            title += &format!(", {} while decoding", bytes(Some(peak)));
+        }
+    }
+    if record.relative_frame_time.is_some() {
+        title += &format!(
+            "\nframe {} ms (IQR {}), {} × the baseline",
+            short(record.frame_ms),
+            short(record.frame_ms_iqr),
+            short(record.relative_frame_time)
+        );
+    }
+    if !ok(record) {
+        title += &format!("\nFAILED: {}", record.error.as_deref().unwrap_or("no reason given"));
+    }
+    title
+}
+
+/// A record's number among all.
+pub(super) fn number(records: &[Record], record: &Record) -> usize {
+    records.iter().position(|r| std::ptr::eq(r, record)).unwrap_or(0)
+}
+
+/// Of cells that share what is measured, one for each codec, settings and number of stages: failed only if all are.
+pub(super) fn one_per_coding<'a>(cells: &[&'a Record]) -> Vec<&'a Record> {
+    let one = |name: String| {
+        let same = || cells.iter().copied().filter(|r| codec_name(r) == name);
+        same().find(|r| ok(r)).or_else(|| same().next())
+    };
+    distinct(cells.iter().map(|r| codec_name(r))).into_iter().filter_map(one).collect()
+}
+
+/// A cell in a chart of one quantity against another.
+pub(super) struct Placed<'a> {
+    pub(super) record: &'a Record,
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) mark: Mark,
+}
+
+/// Marks of cells that compete, those on top that none beats and the others grey; and the line along the former. `costs`
+/// says of a place what is to be low. A failed cell does not compete.
+pub(super) fn contest(
+    records: &[Record],
+    cells: &[Placed<'_>],
+    costs: fn(f64, f64) -> (f64, f64),
+) -> (Vec<Point>, Line) {
+    let competing: Vec<&Placed<'_>> = cells.iter().filter(|p| ok(p.record)).collect();
+    let front = pareto::front(&competing.iter().map(|p| costs(p.x, p.y)).collect::<Vec<_>>());
+    let best: Vec<&Placed<'_>> = front.into_iter().map(|i| competing[i]).collect();
+    let mut points: Vec<Point> = cells
+        .iter()
+        .map(|placed| {
+            let Placed { record, x, y, mark } = placed;
+            let unbeaten = best.iter().any(|b| std::ptr::eq(*b, placed));
+            let mark = if ok(record) { Mark { faint: !unbeaten, ..*mark } } else { Mark::failure() };
+            Point { x: *x, y: *y, mark, title: title(record), cell: Some(number(records, record)), unbeaten }
+        })
+        .collect();
+    points.sort_by_key(|p| (p.mark == Mark::failure(), p.unbeaten));
+    let line = Line { points: best.iter().map(|p| (p.x, p.y)).collect(), colour: Colour::Ink, dashed: false };
+    (points, line)
+}
+
+/// What a cross means, where there is one.
+pub(super) fn failure_entries(points: &[Point]) -> Vec<LegendEntry> {
+    points.iter().find(|p| p.mark == Mark::failure()).map(|_| failure_entry()).into_iter().collect()
+}
+
+pub(in super::super) fn failure_entry() -> LegendEntry {
+    LegendEntry { mark: Mark::failure(), label: "failed".to_owned() }
+}
+
+/// What grey means, where anything is.
+pub(super) fn beaten_entries(points: &[Point]) -> Vec<LegendEntry> {
+    let mark = Mark { faint: true, ..Mark::filled(Shape::Circle, Colour::Ink) };
+    let entry = || LegendEntry { mark, label: "grey: another is at least as good in both".to_owned() };
+    points.iter().find(|p| p.mark.faint).map(|_| entry()).into_iter().collect()
+}
+
+/// What filled and hollow mean, where both occur.
+pub(in super::super) fn filter_entries(cells: &[&Record], shape: Shape) -> Vec<LegendEntry> {
+    let both = cells.iter().any(|r| blends(r)) && cells.iter().any(|r| !blends(r));
+    if both { filled_and_hollow(shape, "linear filter", "nearest") } else { Vec::new() }
+}
+
+/// Two entries for what is filled and what is not.
+pub(super) fn filled_and_hollow(shape: Shape, filled: &str, hollow: &str) -> Vec<LegendEntry> {
+    let entry = |filled, label: &str| {
+        let mark = Mark { filled, ..Mark::filled(shape, Colour::Ink) };
+        LegendEntry { mark, label: label.to_owned() }
+    };
+    vec![entry(true, filled), entry(false, hollow)]
+}
+
+/// One entry for each codec at each site of these cells, baselines left out.
+pub(super) fn series_entries(palette: &Palette, cells: &[&Record]) -> Vec<LegendEntry> {
+    let series = distinct(cells.iter().map(|r| (r.codec.clone(), r.site.clone())));
+    let entry = |(codec, site): (String, String)| {
+        let plain = |r: &&&Record| r.codec == codec && r.site == site && ok(r) && Baseline::of(r).is_none();
+        let mark = palette.series_mark(cells.iter().find(plain)?);
+        Some(LegendEntry { mark, label: format!("{codec}, {site}") })
+    };
+    series.into_iter().filter_map(entry).collect()
+}
+
+/// The mark of a baseline: a letter in a ring.
+pub(in super::super) fn baseline_mark(baseline: Baseline) -> Mark {
+    Mark { filled: false, ..Mark::filled(Shape::Letter(baseline.letter()), Colour::Ink) }
+}
+
+/// What the letters of the baselines among these cells mean.
+pub(super) fn baseline_entries(cells: &[&Record]) -> Vec<LegendEntry> {
+    let there = |b: &Baseline| cells.iter().any(|r| ok(r) && Baseline::of(r) == Some(*b));
+    let entry = |b| LegendEntry { mark: baseline_mark(b), label: b.label().to_owned() };
+    [Baseline::Texture, Baseline::Buffer].into_iter().filter(there).map(entry).collect()
+}
