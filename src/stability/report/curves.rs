@@ -82,7 +82,7 @@ fn dial(subject: &Subject, rows: &[&Row], series: &Series) -> Chart {
                 "{label}, {} at {value}: {verdict}\nworst picture: {}, {y:.1} dB",
                 subject.name, worst.scene
             );
-            points.push(Point { x, y, mark, title, cell: 0, unbeaten: false });
+            points.push(Point { x, y, mark, title, cell: None, unbeaten: false });
         }
         lines.push(Line { points: line, colour: mark.colour, dashed: mark.shape != Shape::series(0) });
     }
@@ -129,7 +129,7 @@ pub fn generations(encoders: &[EncoderMeasured]) -> Vec<Curve> {
                     y,
                     mark,
                     title: format!("{}, generation {x}: {y:.2} dB", encoder.label),
-                    cell: 0,
+                    cell: None,
                     unbeaten: false,
                 }));
                 lines.push(Line {

@@ -3,7 +3,7 @@
 use super::super::folder::Folder;
 
 /// Commands that take files or settings, whose help shows how.
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 13] = [
     "run",
     "render",
     "encode",
