@@ -124,7 +124,7 @@ impl Range {
                 format!("{v:.*}", decimals + usize::from(!exact))
             }
             // Longer numbers would reach into the axis' label.
-            (_, None) if v < 0.000_999 || v > 999_999.0 => format!("{v:.0e}"),
+            (_, None) if !(0.000_999..=999_999.0).contains(&v) => format!("{v:.0e}"),
             (_, None) => {
                 let decimals = (-v.log10().floor()).clamp(0.0, 12.0) as usize;
                 format!("{v:.decimals$}")
