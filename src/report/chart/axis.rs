@@ -123,6 +123,8 @@ impl Range {
                 let v = if v.abs() < step * 1e-6 { 0.0 } else { v };
                 format!("{v:.*}", decimals + usize::from(!exact))
             }
+            // Longer numbers would reach into the axis' label.
+            (_, None) if !(0.000_999..=999_999.0).contains(&v) => format!("{v:.0e}"),
             (_, None) => {
                 let decimals = (-v.log10().floor()).clamp(0.0, 12.0) as usize;
                 format!("{v:.decimals$}")
@@ -172,6 +174,8 @@ mod tests {
         let axis = Axis::new("field", "x", Scale::Log);
         assert_eq!(range(&axis, &[1.0]).format().format(0.5), "0.5");
         assert_eq!(range(&axis, &[1.0]).format().format(20.0), "20");
+        assert_eq!(range(&axis, &[1.0]).format().format(0.001), "0.001");
+        assert_eq!(range(&axis, &[1.0]).format().format(0.0002), "2e-4");
         assert!(range(&axis, &[1.0]).high / range(&axis, &[1.0]).low >= 5.0);
         let ssim =
             range(&Axis { limit: Some(1.0), ..Axis::new("field", "SSIM", Scale::Linear) }, &[0.91, 0.9999]);
