@@ -98,7 +98,7 @@ fn channels_and_frames_are_coded_on_their_own() {
 /// Where zfp's own arithmetic overflows: magnitudes below 2^-98, and what lies beyond single precision.
 #[test]
 fn the_ends_of_single_precision_are_kept() {
-    let sign = |i: usize| if i * 2_654_435_761 >> 7 & 1 == 0 { 1.0 } else { -1.0 };
+    let sign = |i: usize| if (i * 2_654_435_761) >> 7 & 1 == 0 { 1.0 } else { -1.0 };
     let smallest = singles([4, 8, 4], |i| sign(i) * f32::MIN_POSITIVE * ((i * 40_503) % 64 + 1) as f32);
     assert!(encoded(&smallest, "32").spec().report.error_bound.unwrap() <= f64::from(f32::MIN_POSITIVE));
     let largest = singles([4, 8, 4], |i| sign(i) * f32::MAX);

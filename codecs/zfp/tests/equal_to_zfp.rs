@@ -25,7 +25,7 @@ fn reference() -> Value {
 }
 
 fn digest(parts: impl Iterator<Item = Vec<u8>>) -> String {
-    let sum = parts.fold(Sha256::new(), |sum, part| sum.chain_update(part)).finalize();
+    let sum = parts.fold(Sha256::new(), Sha256::chain_update).finalize();
     sum.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -91,7 +91,7 @@ fn generated(kind: &str, size: [u32; 3]) -> FiniteVolume {
             "signed" => signed,
             "tiny" => signed * 2_f64.powi(-100),
             "large" => signed * 2_f64.powi(100),
-            "sparse" if (p[0] / 4 + p[1] / 4 + p[2] / 4) % 3 != 0 => 0.0,
+            "sparse" if !(p[0] / 4 + p[1] / 4 + p[2] / 4).is_multiple_of(3) => 0.0,
             "sparse" => f64::from(h >> 20) - 2048.0,
             "magnitudes" => (f64::from(h >> 16) - f64::from(1 << 15)) * 2_f64.powi((h & 63) as i32 - 40),
             other => panic!("no kind {other}"),
