@@ -3,7 +3,7 @@
 //! They join the other adversarial volumes, so that all properties are asked of them; here they are compared with the
 //! trivial codec. What would be a verdict on a method is no flaw of its code (smooth data are stored better by a coarser
 //! grid than by any codebook), so that less is asked than in the atlas: that no volume comes back worse than its mean, and
-//! that what a coarser grid cannot hold at all comes back better than from a coarser grid.
+//! that, with the codec's default settings, what a coarser grid cannot hold at all comes back no worse than from one.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ const STEPS: &[(&str, &[usize], bool)] = &[
     ("checkerboard", &[4], true),
     ("hot-voxel", &[4], false),
     ("offset", &[3], false),
-    ("labels", &[4], true),
+    ("labels", &[4], false),
     ("non-finite", &[3], false),
     ("slab", &[4], false),
     ("scene-cut", &[4], false),
@@ -59,7 +59,10 @@ pub fn check(case: &Case<'_>, step: &Step, report: &mut Report) {
     }
     let mean = trial.observed(case.volume, Some(&Trivial::of_grid(case.volume, Extent::ONE)), false);
     let same_rate = trial.observed(case.volume, trial.trivial(case.volume).as_ref(), false);
-    let problem = problem(&mean, &same_rate, step.detail);
+    // Settings that are tried for their extremes, such as one bit per index, may lose to a coarser grid; defaults may not.
+    let info = case.codec.info();
+    let is_default = info.default_settings().complete(info).is_ok_and(|default| default == *case.settings);
+    let problem = problem(&mean, &same_rate, step.detail && is_default);
     report.check(Property::Trivial, problem.is_none(), || problem.unwrap_or_default());
 }
 
