@@ -66,7 +66,8 @@ pub struct Measured {
     pub trivial_grid: Option<[u32; 3]>,
     /// Its error.
     pub trivial_voxel_rmse: Option<f64>,
-    /// The pictures, scene by scene.
+    /// The pictures, scene by scene. In files a cell's `pictures` are the hashes of those that are kept.
+    #[serde(rename = "scenes")]
     pub pictures: Vec<Pictured>,
 }
 

@@ -2,8 +2,8 @@
 //!
 //! They join the other adversarial volumes, so that all properties are asked of them; here they are compared with the
 //! trivial codec. What would be a verdict on a method is no flaw of its code (smooth data are stored better by a coarser
-//! grid than by any codebook), so that less is asked than in the atlas: that no volume comes back worse than its mean, and
-//! that what a coarser grid cannot hold at all comes back better than from a coarser grid.
+//! grid than by any codebook), so that less is asked than in the atlas: with the codec's default settings, that no volume comes back worse than its mean, and
+//! that what a coarser grid cannot hold at all comes back no worse than from one.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ const STEPS: &[(&str, &[usize], bool)] = &[
     ("checkerboard", &[4], true),
     ("hot-voxel", &[4], false),
     ("offset", &[3], false),
-    ("labels", &[4], true),
+    ("labels", &[4], false),
     ("non-finite", &[3], false),
     ("slab", &[4], false),
     ("scene-cut", &[4], false),
@@ -52,6 +52,11 @@ pub fn steps() -> impl Iterator<Item = Step> {
 
 /// Compares what the stream decodes to with the trivial codec.
 pub fn check(case: &Case<'_>, step: &Step, report: &mut Report) {
+    // Settings that are tried for their extremes (one training block, one bit per index) may do worse; defaults may not.
+    let info = case.codec.info();
+    if info.default_settings().complete(info).is_ok_and(|default| default != *case.settings) {
+        return;
+    }
     let trial = Trial::of_stream(case.codec, Arc::clone(&case.stream), case.volume);
     // What breaks its word has been told under the property that it breaks.
     if trial.word != Word::Kept {

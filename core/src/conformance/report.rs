@@ -34,8 +34,8 @@ pub enum Property {
     Module,
     /// Shader and CPU agree, every voxel.
     Parity,
-    /// No volume comes back worse than its mean, nor noise and names worse than from a coarser grid of the same bytes
-    /// ([`crate::stability`]).
+    /// With default settings, no volume comes back worse than its mean, nor noise and checkerboards worse than from a
+    /// coarser grid of the same bytes ([`crate::stability`]).
     Trivial,
 }
 
