@@ -85,10 +85,10 @@ pub fn run(record: &mut Record, run: &FrameRun<'_>, stage: &mut Stage<'_>) -> Re
         }
     }
     pool::enter(record, &frames, &errors);
+    result?;
     let encoded = run.shared.encoded();
     let path = error_histogram::write(run.folder, &run.cell.id(), &encoded.histogram);
     record.error_histogram = Some(path.map_err(|e| e.to_string())?);
-    result?;
     surfaces::enter(record, run.shared, stage)?;
     if encoded.frame_errors.len() > 1 {
         let figures = frame_figures::figures(&encoded.frame_errors, &frames);

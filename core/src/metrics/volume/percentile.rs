@@ -85,7 +85,7 @@ mod tests {
 
     /// Errors 1, 2 … 4000 in disorder, of both signs.
     fn shuffled() -> Vec<f32> {
-        let sign = |i: u32| if i % 3 == 0 { -1.0 } else { 1.0 };
+        let sign = |i: u32| if i.is_multiple_of(3) { -1.0 } else { 1.0 };
         (0..4000u32).map(|i| sign(i) * ((i * 1777) % 4000 + 1) as f32).collect()
     }
 
