@@ -152,7 +152,10 @@ fn a_texel_is_a_level() {
     assert_eq!((form.format, form.offset), (TexelFormat::Unorm16, 0.0));
     for value in decoded(&volume, 0) {
         let texel = f64::from(value) / f64::from(form.scale) * 65535.0;
-        assert!((texel - texel.round()).abs() < 0.02 && texel.round() as u32 % 7 == 0, "{value}: {texel}");
+        assert!(
+            (texel - texel.round()).abs() < 0.02 && (texel.round() as u32).is_multiple_of(7),
+            "{value}: {texel}"
+        );
     }
 }
 
