@@ -2,8 +2,8 @@
 //!
 //! They join the other adversarial volumes, so that all properties are asked of them; here they are compared with the
 //! trivial codec. What would be a verdict on a method is no flaw of its code (smooth data are stored better by a coarser
-//! grid than by any codebook), so that less is asked than in the atlas: with the codec's default settings, that no volume comes back worse than its mean, and
-//! that what a coarser grid cannot hold at all comes back no worse than from one.
+//! grid than by any codebook), so that less is asked than in the atlas: with the codec's default settings, that no volume
+//! comes back worse than its mean, and that what a coarser grid cannot hold at all comes back no worse than from one.
 
 use std::sync::Arc;
 
