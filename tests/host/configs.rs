@@ -46,7 +46,8 @@ fn every_configuration_resolves() {
     let expected = [
         ("bc4", 18, 6),
         ("compare", 60, 0),
-        ("cost-growth", 40, 0),
+        ("cost-growth", 56, 0),
+        ("evaluate", 392, 0),
         ("hvq", 20, 16),
         ("peers", 126, 0),
         ("quickstart", 34, 11),
