@@ -5,23 +5,14 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
-use cvr_codec_tests::kept::{checksums, compare, open, path, with_flipped};
+use cvr_codec_tests::kept::{Kept, assert_unchanged, checksums, with_flipped};
 use cvr_core::codec::Settings;
-use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use cvr_hvq::Hvq;
 
-/// A stream that is kept.
-struct Kept {
-    name: &'static str,
-    version: u32,
-    /// CRC-32C of all samples decoded from one, two and three stages, as little-endian singles, frame after frame.
-    crc32c: [u32; 3],
-    /// What it was made from.
-    made: fn() -> (Settings, FiniteVolume),
-}
+const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
-const KEPT: [Kept; 2] = [
+const KEPT: [Kept<3>; 2] = [
     // Indices of 3 and 5 bits, so that some lie in two words; cut blocks; values that single precision rounds.
     Kept {
         name: "v1-f32-3-and-5-bits",
@@ -69,26 +60,16 @@ fn made(
 /// Stages from which a stream is decoded, one after the other.
 const STAGES: [u8; 3] = [1, 2, 3];
 
-fn stream(kept: &Kept) -> EncodedVolume {
-    open(&Hvq, &path(env!("CARGO_MANIFEST_DIR"), kept.name), kept.made)
-}
-
 #[test]
 fn streams_that_were_kept_decode_to_what_they_did() {
-    let mut problems = Vec::new();
-    for kept in &KEPT {
-        let stream = stream(kept);
-        assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
-        problems.extend(compare(kept.name, checksums(&Hvq, stream, STAGES), kept.crc32c).err());
-    }
-    assert!(problems.is_empty(), "{}", problems.join("\n"));
+    assert_unchanged(&Hvq, FOLDER, &KEPT, STAGES);
 }
 
 /// The checksums notice one value that is off by one bit of its code; what needs no codeword stays the same.
 #[test]
 fn another_codeword_has_another_checksum() {
     let kept = &KEPT[0];
-    let changed = with_flipped(&Hvq, &stream(kept), "codebook", 0);
+    let changed = with_flipped(&Hvq, &kept.stream(&Hvq, FOLDER), "codebook", 0);
     let [mean, coarse, detail] = checksums(&Hvq, changed, STAGES);
     assert_eq!(mean, kept.crc32c[0]);
     assert!(coarse != kept.crc32c[1] && detail != kept.crc32c[2]);

@@ -5,23 +5,14 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
-use cvr_codec_tests::kept::{checksums, compare, open, path, with_flipped};
+use cvr_codec_tests::kept::{Kept, assert_unchanged, checksums, with_flipped};
 use cvr_core::codec::Settings;
-use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use cvr_vq::Vq;
 
-/// A stream that is kept.
-struct Kept {
-    name: &'static str,
-    version: u32,
-    /// CRC-32C of all decoded samples, as little-endian singles, frame after frame.
-    crc32c: [u32; 1],
-    /// What it was made from.
-    made: fn() -> (Settings, FiniteVolume),
-}
+const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
-const KEPT: [Kept; 2] = [
+const KEPT: [Kept<1>; 2] = [
     // 3 bits per index, so that indices lie in two words; cut blocks; values of 16 bits that single precision rounds.
     Kept {
         name: "v1-f32-3-bits",
@@ -64,25 +55,15 @@ fn made(
 /// Stages from which a stream is decoded, one after the other.
 const STAGES: [u8; 1] = [u8::MAX];
 
-fn stream(kept: &Kept) -> EncodedVolume {
-    open(&Vq, &path(env!("CARGO_MANIFEST_DIR"), kept.name), kept.made)
-}
-
 #[test]
 fn streams_that_were_kept_decode_to_what_they_did() {
-    let mut problems = Vec::new();
-    for kept in &KEPT {
-        let stream = stream(kept);
-        assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
-        problems.extend(compare(kept.name, checksums(&Vq, stream, STAGES), kept.crc32c).err());
-    }
-    assert!(problems.is_empty(), "{}", problems.join("\n"));
+    assert_unchanged(&Vq, FOLDER, &KEPT, STAGES);
 }
 
 /// The checksum notices one value that is off by one bit of its code.
 #[test]
 fn another_codeword_has_another_checksum() {
     let kept = &KEPT[0];
-    let changed = with_flipped(&Vq, &stream(kept), "codebook", 0);
+    let changed = with_flipped(&Vq, &kept.stream(&Vq, FOLDER), "codebook", 0);
     assert_ne!(checksums(&Vq, changed, STAGES), kept.crc32c);
 }

@@ -5,23 +5,14 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
-use cvr_codec_tests::kept::{checksums, compare, open, path, with_flipped};
+use cvr_codec_tests::kept::{Kept, assert_unchanged, checksums, with_flipped};
 use cvr_core::codec::Settings;
-use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use cvr_zfp::Zfp;
 
-/// A stream that is kept.
-struct Kept {
-    name: &'static str,
-    version: u32,
-    /// CRC-32C of all decoded samples, as little-endian singles, frame after frame.
-    crc32c: [u32; 1],
-    /// What it was made from.
-    made: fn() -> (Settings, FiniteVolume),
-}
+const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
-const KEPT: [Kept; 2] = [
+const KEPT: [Kept<1>; 2] = [
     // Blocks of 70 bits, so that none but the first begins with a word; cut blocks.
     Kept {
         name: "v1-f32-70-bits",
@@ -54,25 +45,15 @@ fn made(rate: &str, sample: SampleType, channels: u32, frames: u32) -> (Settings
 /// Stages from which a stream is decoded, one after the other.
 const STAGES: [u8; 1] = [u8::MAX];
 
-fn stream(kept: &Kept) -> EncodedVolume {
-    open(&Zfp, &path(env!("CARGO_MANIFEST_DIR"), kept.name), kept.made)
-}
-
 #[test]
 fn streams_that_were_kept_decode_to_what_they_did() {
-    let mut problems = Vec::new();
-    for kept in &KEPT {
-        let stream = stream(kept);
-        assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
-        problems.extend(compare(kept.name, checksums(&Zfp, stream, STAGES), kept.crc32c).err());
-    }
-    assert!(problems.is_empty(), "{}", problems.join("\n"));
+    assert_unchanged(&Zfp, FOLDER, &KEPT, STAGES);
 }
 
 /// The checksum notices one bit.
 #[test]
 fn another_bit_has_another_checksum() {
     let kept = &KEPT[0];
-    let changed = with_flipped(&Zfp, &stream(kept), "blocks", 1);
+    let changed = with_flipped(&Zfp, &kept.stream(&Zfp, FOLDER), "blocks", 1);
     assert_ne!(checksums(&Zfp, changed, STAGES), kept.crc32c);
 }

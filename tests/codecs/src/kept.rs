@@ -7,19 +7,55 @@ use cvr_core::codec::{Codec, Progress, Settings, decode_stages, encode_file};
 use cvr_core::container::{ContainerWriter, EncodedVolume, StreamWriter as _};
 use cvr_core::volume::{FiniteVolume, FrameIndex, NoReferences, Replaced};
 
+/// A stream that is kept, with `N` numbers of stages from which it is decoded.
+#[derive(Debug)]
+pub struct Kept<const N: usize> {
+    /// Name of its file.
+    pub name: &'static str,
+    /// Version that wrote it.
+    pub version: u32,
+    /// CRC-32C of all samples decoded from each of these numbers of stages, as little-endian singles, frame after frame.
+    pub crc32c: [u32; N],
+    /// What it was made from.
+    pub made: fn() -> (Settings, FiniteVolume),
+}
+
+impl<const N: usize> Kept<N> {
+    /// The stream of this name. Where there is none and `CVR_BLESS` is set, it is written first.
+    #[must_use]
+    pub fn stream(&self, codec: &dyn Codec, crate_folder: &str) -> EncodedVolume {
+        open(codec, &path(crate_folder, self.name), self.made)
+    }
+}
+
+/// Decodes each stream and compares it with what it was when it was kept.
+///
+/// # Panics
+/// When one decodes to anything else, or is of another version; the message holds its checksums.
+pub fn assert_unchanged<const N: usize>(
+    codec: &dyn Codec,
+    crate_folder: &str,
+    all: &[Kept<N>],
+    stages: [u8; N],
+) {
+    let mut problems = Vec::new();
+    for kept in all {
+        let stream = kept.stream(codec, crate_folder);
+        assert_eq!(stream.spec().stream_version, kept.version, "{}", kept.name);
+        problems.extend(compare(kept.name, checksums(codec, stream, stages), kept.crc32c).err());
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
 /// Where the stream of this name lies; `crate_folder` is `env!("CARGO_MANIFEST_DIR")`.
 #[must_use]
-pub fn path(crate_folder: &str, name: &str) -> PathBuf {
+fn path(crate_folder: &str, name: &str) -> PathBuf {
     Path::new(crate_folder).join("tests/streams").join(format!("{name}.cvr"))
 }
 
 /// Opens a stream. Where there is none and `CVR_BLESS` is set, it is written first; one that is there never is.
 #[must_use]
-pub fn open(
-    codec: &dyn Codec,
-    path: &Path,
-    made: impl FnOnce() -> (Settings, FiniteVolume),
-) -> EncodedVolume {
+fn open(codec: &dyn Codec, path: &Path, made: impl FnOnce() -> (Settings, FiniteVolume)) -> EncodedVolume {
     if !path.exists() && std::env::var_os("CVR_BLESS").is_some() {
         let (settings, volume) = made();
         encode_file(codec, &settings, &volume, Replaced::default(), path, &Progress::silent()).unwrap();
@@ -44,7 +80,7 @@ pub fn checksums<const N: usize>(codec: &dyn Codec, stream: EncodedVolume, stage
 ///
 /// # Errors
 /// A sentence with both.
-pub fn compare<const N: usize>(name: &str, found: [u32; N], kept: [u32; N]) -> Result<(), String> {
+fn compare<const N: usize>(name: &str, found: [u32; N], kept: [u32; N]) -> Result<(), String> {
     if found == kept {
         return Ok(());
     }
