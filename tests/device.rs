@@ -8,6 +8,7 @@ mod haar;
 mod device {
     mod block_texture;
     mod colour;
+    mod cut_off;
     mod deferred;
     mod frame_passes;
     mod lost;

@@ -41,6 +41,16 @@ pub enum EngineError {
     /// The device is gone (reset, unplugged, destroyed); every later call on it fails likewise.
     #[error("the device was lost: {0}")]
     DeviceLost(String),
+    /// The device ended loops of a shader before they were done, so that there is no picture.
+    #[error(
+        "the device ended the loops of the shader before they were done, in {pixels} pixels (llvmpipe ends them after \
+         65536 rounds in all): decode at the site deferred or host, take longer steps (step_voxels), or draw on another \
+         device"
+    )]
+    CutOff {
+        /// Pixels whose rays were cut.
+        pixels: usize,
+    },
     /// What was asked for makes no sense on this device or with this decoder.
     #[error("{0}")]
     Unsupported(String),

@@ -9,7 +9,7 @@ pub fn draw(view: &View, voxels: &dyn Voxels, image: &mut Image) -> Result<(), R
     mirror.draw(image, |pixel| cast_ray(&mirror, mirror.pixel_ray(pixel)))
 }
 
-/// Premultiplied colour and opacity along a ray.
+/// Premultiplied colour and opacity along a ray. No loop is cut off here.
 fn cast_ray(mirror: &Mirror<'_>, ray: Ray) -> Result<[f32; 4], RenderError> {
     let View { step_voxels: step, termination, .. } = *mirror.view();
     let inside = mirror.crossing(&ray);

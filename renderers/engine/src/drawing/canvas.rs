@@ -74,6 +74,11 @@ impl Canvas {
             Self::Buffer(buffer) => device.read_buffer(buffer, buffer.size())?,
             Self::Target(texture) => read_texture(device, texture)?,
         };
+        // No opacity is negative but that of a ray that was cut off (`raycasting.wgsl`).
+        let cut_off = pixels.iter().filter(|pixel: &&[f32; 4]| pixel[3] < 0.0).count();
+        if cut_off > 0 {
+            return Err(EngineError::CutOff { pixels: cut_off });
+        }
         Image::from_pixels(size, pixels)
             .ok_or_else(|| EngineError::Gpu("the picture came back in another size".to_owned()))
     }
