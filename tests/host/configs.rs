@@ -49,7 +49,7 @@ fn every_configuration_resolves() {
         ("cost-growth", 56, 0),
         ("evaluate", 392, 0),
         ("hvq", 20, 16),
-        ("peers", 126, 0),
+        ("peers", 150, 0),
         ("quickstart", 34, 11),
         ("renderers", 104, 40),
         ("ring", 18, 0),
