@@ -14,9 +14,11 @@ mod search;
 use std::sync::Arc;
 
 use cvr_core::codec::{
-    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind, Settings, Site,
+    Block, Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind,
+    Settings, Site,
 };
 use cvr_core::container::EncodedVolume;
+use cvr_core::volume::Extent;
 
 pub use geometry::Geometry;
 pub use scale::Scale;
@@ -57,6 +59,11 @@ pub fn codec() -> Arc<dyn Codec> {
 impl Codec for Bc4 {
     fn info(&self) -> &CodecInfo {
         &INFO
+    }
+
+    /// Of 4×4 voxels of one slice.
+    fn block(&self, _settings: &Settings) -> Option<Block> {
+        Extent::new(4, 4, 1).ok().map(Block)
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {

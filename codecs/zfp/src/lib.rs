@@ -14,9 +14,11 @@ mod planes;
 use std::sync::Arc;
 
 use cvr_core::codec::{
-    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind, Settings, Site,
+    Block, Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind,
+    Settings, Site,
 };
 use cvr_core::container::EncodedVolume;
+use cvr_core::volume::Extent;
 
 pub use geometry::{Geometry, Parameters, block_bits};
 
@@ -55,6 +57,11 @@ pub fn codec() -> Arc<dyn Codec> {
 impl Codec for Zfp {
     fn info(&self) -> &CodecInfo {
         &INFO
+    }
+
+    /// Of 4³ voxels.
+    fn block(&self, _settings: &Settings) -> Option<Block> {
+        Extent::cube(4).ok().map(Block)
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
