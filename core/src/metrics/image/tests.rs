@@ -31,6 +31,18 @@ pub(super) fn whole<M: Metric>(reference: &Image, image: &Image) -> Option<f64> 
     M::value(&M::compare(&Pair { size, reference: &a, image: &b }), a.len() as f64)
 }
 
+/// Holds a metric to numbers that another program has computed of [`painted`] pictures, and that a picture shifted by a
+/// pixel must not have.
+pub(super) fn assert_agrees<M: Metric>(expected: &[([u32; 2], f64)], tolerance: f64) {
+    for &(size, expected) in expected {
+        let [a, b] = painted(size);
+        let own = whole::<M>(&a, &b).unwrap();
+        assert!((own - expected).abs() < tolerance, "{size:?}: {own} for {expected}");
+        let other = whole::<M>(&b, &shifted(&b, 1, 0)).unwrap();
+        assert!((other - expected).abs() > 1e-3, "{size:?}: {other}");
+    }
+}
+
 const BLACK: [f32; 3] = [0.0; 3];
 
 /// A disc with a pattern, on nothing.
