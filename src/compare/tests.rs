@@ -182,3 +182,28 @@ fn what_holds_no_results_is_named() {
     assert!(read(&[empty]).unwrap_err().to_string().contains("no cell was run"));
     assert!(read(&[folder.path().join("missing.json")]).unwrap_err().to_string().contains("missing.json"));
 }
+
+#[test]
+fn methods_of_a_codec_are_told_apart() {
+    let cell = |payload: &str, rate: u32, seconds: f64| Record {
+        settings: format!("payload={payload} rate={rate} seed=1"),
+        series: format!("payload={payload}"),
+        encode_seconds: Some(seconds),
+        ..record("v", "tvq")
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, seconds: f64| {
+        let path = folder.path().join(name);
+        let records = [cell("fixed", 1, 1.0), cell("fixed", 2, 1.0), cell("variable", 1, seconds)];
+        write_json(&path, &Provenance::default(), &records, &[]).unwrap();
+        path
+    };
+    let text = text(&read(&[write("a.json", 1.0), write("b.json", 4.0)]).unwrap(), 0.1);
+    let line = |start: &str| {
+        let found = text.lines().find(|line| line.starts_with(start));
+        found.unwrap_or_else(|| panic!("{start}: {text}")).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(line("tvq payload=fixed "), "tvq payload=fixed 2 tie");
+    assert_eq!(line("tvq payload=variable "), "tvq payload=variable 1 4.000");
+    assert_eq!(line("v tvq payload=fixed rate=2 "), "v tvq payload=fixed rate=2 tie", "no shared setting");
+}

@@ -1,6 +1,5 @@
 //! The comparison as a person reads it at a terminal.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use comfy_table::{CellAlignment, Table, presets};
@@ -8,6 +7,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use super::cells::{Matched, Pairing, pair};
 use super::quantity::{Compared, Kind, QUANTITIES, Quantity, Verdict};
 use super::side::Side;
+use crate::experiment::labels::Labels;
 use crate::experiment::record::{Record, Status};
 
 /// All runs against the first.
@@ -58,9 +58,9 @@ fn section(out: &mut String, pairing: &Pairing<'_>, [a, b]: [String; 2], once: f
         let _ = writeln!(out, "{}", cells(both, &quantities, &names, once));
         let _ = writeln!(
             out,
-            "\nBy codec: geometric mean of {b} ÷ {a}, ×÷ its spread, and cells less·tie·more\n"
+            "\nBy codec and method: geometric mean of {b} ÷ {a}, ×÷ its spread, and cells less·tie·more\n"
         );
-        let _ = writeln!(out, "{}", codecs(both, &quantities, once));
+        let _ = writeln!(out, "{}", curves(both, &quantities, &names.labels, once));
         out.push('\n');
         for quantity in &quantities {
             let _ = writeln!(out, "{}", sentence(quantity, both, [&a, &b], once));
@@ -101,8 +101,7 @@ fn list(out: &mut String, what: &str, lines: Vec<String>) {
 /// Names of cells without what they all share, and without settings that all cells of their codec share.
 struct Naming {
     varies: [bool; 9],
-    /// Per codec.
-    shared_settings: BTreeMap<String, BTreeSet<String>>,
+    labels: Labels,
     shared: String,
 }
 
@@ -115,23 +114,13 @@ impl Naming {
         });
         let first = parts.first().cloned().unwrap_or_default();
         let shared = first.into_iter().zip(varies).filter(|(part, varies)| !varies && !part.is_empty());
-        let mut shared_settings: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-        for r in records {
-            let own: BTreeSet<String> = r.settings.split_whitespace().map(str::to_owned).collect();
-            shared_settings
-                .entry(r.codec.clone())
-                .and_modify(|shared| shared.retain(|s| own.contains(s)))
-                .or_insert(own);
-        }
-        Self { varies, shared_settings, shared: shared.map(|(part, _)| part).collect::<Vec<_>>().join(", ") }
+        let labels = Labels::of(records.iter().copied());
+        Self { varies, labels, shared: shared.map(|(part, _)| part).collect::<Vec<_>>().join(", ") }
     }
 
     fn name(&self, record: &Record) -> String {
-        let [volume, codec, settings, rest @ ..] = parts(record);
-        let shared = self.shared_settings.get(&codec);
-        let differs = |s: &&str| !shared.is_some_and(|shared| shared.contains(*s));
-        let settings: Vec<&str> = settings.split_whitespace().filter(differs).collect();
-        let mut name = format!("{volume} {codec} {}", settings.join(" ")).trim_end().to_owned();
+        let [volume, codec, _, rest @ ..] = parts(record);
+        let mut name = format!("{volume} {codec} {}", self.labels.settings(record)).trim_end().to_owned();
         for (part, _) in
             rest.into_iter().zip(&self.varies[3..]).filter(|(part, varies)| **varies && !part.is_empty())
         {
@@ -219,16 +208,16 @@ fn together(quantity: &Quantity, both: &[&Matched<'_>], once: f64) -> Option<Tog
     Some(Together { cells: all.len(), mean, spread, verdicts })
 }
 
-fn codecs(both: &[Matched<'_>], quantities: &[&Quantity], once: f64) -> String {
+fn curves(both: &[Matched<'_>], quantities: &[&Quantity], labels: &Labels, once: f64) -> String {
     let header = ["codec".to_owned(), "cells".to_owned()];
     let mut table = table(header.into_iter().chain(quantities.iter().map(|q| q.name.to_owned())).collect());
-    let mut seen: Vec<&str> = Vec::new();
-    for codec in both.iter().map(|m| m.first.codec.as_str()) {
-        if seen.contains(&codec) {
+    let mut seen: Vec<String> = Vec::new();
+    for series in both.iter().map(|m| labels.series(m.first)) {
+        if seen.contains(&series) {
             continue;
         }
-        seen.push(codec);
-        let own: Vec<&Matched<'_>> = both.iter().filter(|m| m.first.codec == codec).collect();
+        let own: Vec<&Matched<'_>> = both.iter().filter(|m| labels.series(m.first) == series).collect();
+        seen.push(series.clone());
         let value = |q: &&Quantity| match together(q, &own, once) {
             None => "–".to_owned(),
             Some(Together { verdicts: [0, _, 0], .. }) => "tie".to_owned(),
@@ -237,7 +226,7 @@ fn codecs(both: &[Matched<'_>], quantities: &[&Quantity], once: f64) -> String {
                 format!("{}\n{less}·{tie}·{more}", mean(q.kind, &t))
             }
         };
-        let row = [codec.to_owned(), own.len().to_string()].into_iter().chain(quantities.iter().map(value));
+        let row = [series, own.len().to_string()].into_iter().chain(quantities.iter().map(value));
         table.add_row(row.collect::<Vec<_>>());
     }
     lines(&table)

@@ -14,7 +14,7 @@ pub enum Status {
     Failed,
 }
 
-/// Writes [`Record`]; the figures that are listed stand behind all other columns.
+/// Writes [`Record`]; the figures that are listed stand behind all other columns but `series`, which came after them.
 macro_rules! record {
     ($($figure:ident)*) => {
         /// The result of one cell. `None` = not measured or not defined; in CSV an empty field. PSNR of identical data is
@@ -153,6 +153,10 @@ macro_rules! record {
                 #[serde(default)]
                 pub $figure: Option<f64>,
             )*
+            /// The settings that make another method of the codec and not another rate of the same, `name=value` separated by
+            /// spaces, as the codec lists them: cells that agree in codec and series lie on one curve.
+            #[serde(default)]
+            pub series: String,
         }
 
         impl Record {

@@ -53,6 +53,7 @@ static INFO: CodecInfo = CodecInfo {
         venue: "IEEE Transactions on Visualization and Computer Graphics 13 (6), 2007",
     }),
     settings: settings::SETTINGS,
+    methods: settings::METHODS,
 };
 
 /// The codec `tvq`.
