@@ -10,6 +10,7 @@ pub mod folder;
 pub mod frame_figures;
 pub mod frame_run;
 pub mod host;
+pub mod host_texture;
 pub mod interrupt;
 pub mod key;
 pub mod labels;
