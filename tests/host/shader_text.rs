@@ -215,6 +215,16 @@ fn templates_bring_no_function_that_nothing_calls() {
     }
 }
 
+/// A picture that needs no pieces of rays has nothing of them in its shader.
+#[test]
+fn rays_at_once_know_no_pieces() {
+    let text = text(&S3DC);
+    assert!(parts(&text).contains(&"shaders/raycasting/at_once.wgsl"));
+    for word in ["progress", "pieces", "in_pieces.wgsl"] {
+        assert!(!text.contains(word), "{word}");
+    }
+}
+
 #[test]
 fn a_function_that_nothing_calls_is_noticed() {
     let text = text(&S3DC);
