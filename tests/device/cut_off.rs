@@ -1,6 +1,9 @@
 //! A device that ends loops early (llvmpipe does, after 65536 rounds of all loops of a thread) draws rays in pieces, and
 //! no wrong picture where even that is not enough.
 
+use cvr::experiment::record::Status;
+use cvr::experiment::target::Target;
+use cvr::registry::Names;
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::render::{Filter, Projection, View};
 use cvr_core::volume::SampleType;
@@ -8,6 +11,7 @@ use cvr_engine::testing::test_device;
 use cvr_engine::{Device, Drawing, EngineError, RayPieces};
 
 use super::mutated::Mutated;
+use super::runs::run;
 use super::scenes::{camera, mirror, rule, source, textured, view};
 use super::subjects::{codec, encoded, settings};
 
@@ -102,5 +106,52 @@ fn a_ray_of_one_sample_that_is_cut_off_is_noticed() {
         assert!(matches!(long, Err(EngineError::CutOff { .. })), "{long:?}");
     } else {
         assert_eq!(long.unwrap(), None);
+    }
+}
+
+const CONFIG: &str = r##"
+[experiment]
+name = "pieces"
+seed = 3
+
+[[volume]]
+name = "clouds"
+generate = "turbulence"
+dims = [32, 32, 32]
+dtype = "u8"
+
+[[codec]]
+id = "zfp"
+rate = 16
+
+[pipeline]
+renderer = ["raycasting"]
+site = ["inline", "host"]
+filter = ["linear"]
+
+[[scene]]
+name = "front"
+size = [16, 16]
+step_voxels = 0.25
+transfer_function = [[0.0, "#00000000"], [120.0, "#ffb04010"], [255.0, "#ffffff40"]]
+"##;
+
+/// A cell that is drawn in pieces says so, and its frame time is that of all of them.
+#[test]
+fn a_record_tells_in_how_many_pieces_rays_were_walked() {
+    let Some(device) = test_device("cut_off::record") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let target = Target::Device(device.clone());
+    let outcome = run(&Names::new().unwrap(), CONFIG, &target, folder.path());
+    let [inline, host] = &outcome.records[..] else { panic!("two cells") };
+    for record in [inline, host] {
+        assert_eq!((record.status, &record.error), (Status::Ok, &None), "{}", record.site);
+        let notes = record.notes.clone().unwrap_or_default();
+        println!("{}: {:?} ms, {:?} ×; {notes}", record.site, record.frame_ms, record.relative_frame_time);
+        assert_eq!(
+            notes.contains("rays walked in "),
+            ends_loops(device) && record.site == "inline",
+            "{notes}"
+        );
     }
 }
