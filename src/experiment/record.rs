@@ -1,6 +1,6 @@
 //! One record per cell: the names are public and meant to last.
 
-use cvr_engine::TextureFallback;
+use cvr_engine::{RayPieces, TextureFallback};
 use serde::{Deserialize, Serialize};
 
 /// How a cell ended.
@@ -216,6 +216,17 @@ impl Record {
         }
     }
 
+    /// Remarks on rays that a device could not walk at once, in the cell and in the baseline: their frame times are those of
+    /// all pieces.
+    pub fn flag_ray_pieces(&mut self, own: Option<RayPieces>, baseline: Option<RayPieces>) {
+        if let Some(own) = own {
+            self.remark(&own.to_string());
+        }
+        if let Some(baseline) = baseline {
+            self.remark(&format!("baseline of the frame time: {baseline}"));
+        }
+    }
+
     /// Remarks on slices that are summed in half precision although the cell asked for single.
     pub fn flag_blending(&mut self, in_half: bool) {
         if in_half {
@@ -276,6 +287,12 @@ mod tests {
         record.flag_fallbacks(Some(fallback), Some(fallback));
         let expected = "single-precision textures cannot be filtered: the shader filters; baseline of the frame time: \
                         single-precision textures cannot be filtered: the shader filters";
+        assert_eq!(record.notes.as_deref(), Some(expected));
+        let mut record = Record::default();
+        record.flag_ray_pieces(None, None);
+        assert_eq!(record.notes, None);
+        record.flag_ray_pieces(Some(RayPieces { samples: 64, pieces: 4 }), None);
+        let expected = "rays walked in 4 pieces of 64 samples: this device ends loops that take longer";
         assert_eq!(record.notes.as_deref(), Some(expected));
         let mut record = Record::default();
         record.flag_blending(false);
