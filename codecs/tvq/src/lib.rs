@@ -46,7 +46,7 @@ static INFO: CodecInfo = CodecInfo {
     summary: "a mean per block, and a sum of codewords: inverse transforms by class and partition",
     stream_version: 1,
     sites: &[Site::Inline, Site::Host],
-    fetch_cell: false,
+    fetch_cell: true,
     paper: Some(Paper {
         authors: "N. Fout, K.-L. Ma",
         title: "Transform Coding for Hardware-accelerated Volume Rendering",
