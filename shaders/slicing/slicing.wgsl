@@ -27,5 +27,5 @@ fn slice(proxy: Proxy) -> @location(0) vec4<f32> {
     }
     let sample = optical(x, entry.direction);
     let opacity = slice_opacity(sample.a, piece);
-    return vec4<f32>(sample.rgb * opacity, opacity);
+    return added(vec4<f32>(sample.rgb * opacity, opacity));
 }

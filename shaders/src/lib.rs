@@ -4,8 +4,10 @@
 //! bindings and puts a codec beside them. The functions that modules call of each other:
 //!
 //! ```text
-//! raycasting/raycasting.wgsl  → pixel_ray, crossing, next_sample, optical, opacity_over, walk_so_far, may_go_on, keep_walk
-//! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, drawn_now, may_show, optical, slice_opacity
+//! raycasting/raycasting.wgsl  → pixel_ray, crossing, next_sample, optical, opacity_over, walk_so_far, may_go_on, keep_walk,
+//!                               loops_run
+//! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, drawn_now, may_show, optical, slice_opacity, added
+//! slicing/checked.wgsl        → loops_run
 //! view/view.wgsl              → camera_ray, bounds_low, bounds_high
 //! optics/*.wgsl               → volume_sample, classify, height
 //! classify/*.wgsl             → transfer, height
@@ -65,6 +67,8 @@ templates! {
     SOURCE_TEXTURE = "source/texture.wgsl";
     /// The view, the ray of a pixel, and where it crosses the drawn box.
     VIEW = "view/view.wgsl";
+    /// Whether a device has ended loops.
+    LOOPS_RUN = "view/loops.wgsl";
     /// Everything is drawn.
     BOUNDS_WHOLE = "bounds/whole.wgsl";
     /// Only a box is drawn.
@@ -119,6 +123,10 @@ templates! {
     SLICE_OPACITY_EXACT = "slicing/opacity_exact.wgsl";
     /// Opacity of a slice, approximated.
     SLICE_OPACITY_LERP = "slicing/opacity_lerp.wgsl";
+    /// Fragments as they are.
+    SLICES_UNCHECKED = "slicing/unchecked.wgsl";
+    /// Fragments that tell where a device has ended loops.
+    SLICES_CHECKED = "slicing/checked.wgsl";
     /// The raycaster.
     RAYCASTING = "raycasting/raycasting.wgsl";
     /// Rays that are followed at once.

@@ -12,7 +12,7 @@ use cvr_engine::{Device, Drawing, EngineError, RayPieces};
 
 use super::mutated::Mutated;
 use super::runs::run;
-use super::scenes::{camera, mirror, rule, source, textured, view};
+use super::scenes::{camera, mirror, mirror_by, rule, source, textured, view};
 use super::subjects::{codec, encoded, settings};
 
 fn zfp(edge: u32, rate: &str) -> Box<dyn Decoder> {
@@ -23,6 +23,18 @@ fn zfp(edge: u32, rate: &str) -> Box<dyn Decoder> {
 fn seen(size: [u32; 2], filter: Filter, step_voxels: f32) -> View {
     let camera = camera(20.0, 10.0, Projection::Orthographic);
     View { camera, step_voxels, ..view(SampleType::U8, size, filter) }
+}
+
+/// Slices of a codec of many loops, decoded at every fetch, held to the mirror.
+fn sliced(device: &Device, decoder: &dyn Decoder, view: &View) -> Result<(), EngineError> {
+    let source = source(device, Site::Inline, "zfp", decoder);
+    let slicing = cvr::registry::renderer("slicing").unwrap();
+    let drawing = Drawing::new(device, &slicing.plan(view, decoder.layout()).unwrap(), &source, view.filter)?;
+    drawing.draw_timed()?;
+    drawing.draw_timed()?;
+    let picture = drawing.read_image()?;
+    rule(drawing.filtering()).check(&mirror_by(slicing.as_ref(), view, decoder), &picture).unwrap();
+    Ok(())
 }
 
 /// A codec of many loops, decoded at every fetch: the pieces it took, its picture held to the mirror.
@@ -106,6 +118,24 @@ fn a_ray_of_one_sample_that_is_cut_off_is_noticed() {
         assert!(matches!(long, Err(EngineError::CutOff { .. })), "{long:?}");
     } else {
         assert_eq!(long.unwrap(), None);
+    }
+}
+
+/// A fragment is one sample. Whether many of them lie before each other or one does, those that are cut off are an error, and
+/// those that are not are drawn.
+#[test]
+fn fragments_whose_loops_a_device_ends_are_an_error_and_never_a_picture() {
+    let Some(device) = test_device("cut_off::fragments") else { return };
+    for step in [1.0, 100.0] {
+        let view = seen([24, 24], Filter::Nearest, step);
+        sliced(device, &longer(40_000), &view).unwrap();
+        let long = sliced(device, &longer(70_000), &view);
+        if ends_loops(device) {
+            let problem = long.unwrap_err();
+            assert!(matches!(problem, EngineError::CutOff { pixels } if pixels > 20), "{problem}");
+        } else {
+            long.unwrap();
+        }
     }
 }
 

@@ -161,7 +161,7 @@ fn a_wrong_continuation_is_noticed() {
     }
     for (to, problem) in [
         // Rays that never begin, and rays that begin again and again.
-        ("= select(0u, ray_cut, walk.next < ray_cut);", "even where rays take a single sample"),
+        ("= select(0u, ray_cut, walk.next < ray_cut);", "though each took a single sample"),
         ("= select(walk.next, 0u, walk.next < ray_cut);", "rays make no headway"),
     ] {
         let error = wrong("= walk.next;", to).unwrap_err().to_string();

@@ -156,6 +156,20 @@ pub struct RasterPass {
     pub vertices: Vec<ProxyVertex>,
     /// What sums are kept in.
     pub blending: Blending,
+    /// One of [`RasterPass::templates`], and what takes its place where the first frame is looked at
+    /// ([`RasterPass::checked`]).
+    pub checked: Option<(Template, &'static [Template])>,
+}
+
+impl RasterPass {
+    /// The same pass, which paints a red below zero where the device has ended loops of a fragment before they were done (see
+    /// [`Rays`]); `None` where it cannot tell.
+    #[must_use]
+    pub fn checked(&self) -> Option<Self> {
+        let (module, by) = self.checked?;
+        let kept = self.templates.iter().filter(|t| **t != module);
+        Some(Self { templates: kept.chain(by).copied().collect(), checked: None, ..self.clone() })
+    }
 }
 
 /// A corner of proxy geometry.

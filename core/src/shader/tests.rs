@@ -43,9 +43,10 @@ fn inline(
     })
 }
 
-const RAYCAST: [Template; 10] = [
+const RAYCAST: [Template; 11] = [
     shaders::RAYCASTING,
     shaders::RAYS_AT_ONCE,
+    shaders::LOOPS_RUN,
     shaders::VIEW,
     shaders::CAMERA_PERSPECTIVE,
     shaders::BOUNDS_WHOLE,

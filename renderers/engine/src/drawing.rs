@@ -1,11 +1,13 @@
 //! A plan made runnable.
 
 mod canvas;
+mod check;
 mod rays;
 
 pub use rays::RayPieces;
 
 use canvas::Canvas;
+use check::Check;
 use cvr_core::render::{Blending, Filter, Image, LayerPass, Pass, Plan};
 use cvr_core::shader::{BindingKind, Request, TextureSampling, generate};
 use rays::{InPieces, RayWalk};
@@ -28,6 +30,7 @@ pub struct Drawing {
     canvas: Canvas,
     passes: Vec<Runnable>,
     rays: Option<RayWalk>,
+    check: Option<Check>,
     ring: Option<LayerRing>,
     blending: Option<Blending>,
     timestamps: Option<FrameTimestamps>,
@@ -130,6 +133,12 @@ impl Drawing {
         let words: u64 = parts.values().map(wgpu::Buffer::size).sum();
         let texture_bytes = voxels.texture.map_or(0, crate::VolumeTexture::resident_bytes);
         let fallback = voxels.texture.and_then(|texture| texture.choice().fallback);
+        let check = match (&plan.passes[..], &canvas, source) {
+            ([Pass::Raster(pass)], Canvas::Target(texture), DrawSource::Inline { .. }) => {
+                Check::new(device, pass, &voxels, filter, (texture, &mut parts))?
+            }
+            _ => None,
+        };
         let rays = match (&plan.passes[..], &canvas) {
             ([Pass::Compute(pass)], Canvas::Buffer(image)) => {
                 RayWalk::new(device, pass, (&voxels, source), filter, (image, parts))
@@ -140,6 +149,7 @@ impl Drawing {
             device: device.clone(),
             size: plan.size,
             rays,
+            check,
             blending: canvas.blending(),
             canvas,
             passes,
@@ -172,11 +182,15 @@ impl Drawing {
     /// clock.
     ///
     /// The first frame of a plan that follows rays is looked at. Where the device has ended loops of it, it and every frame
-    /// after it are drawn with their rays in pieces: as long as they can be, and of one length for good.
+    /// after it are drawn with their rays in pieces: as long as they can be, and of one length for good. Before the first frame
+    /// that blends what a codec decodes at every fetch, one is drawn and looked at that is not timed.
     ///
     /// # Errors
-    /// What the driver refuses; a lost device. [`EngineError::CutOff`] when even pieces of one sample are too long.
+    /// What the driver refuses; a lost device. [`EngineError::CutOff`] when the device ends the loops of a single sample.
     pub fn draw_timed(&self) -> Result<FrameTime, EngineError> {
+        if let Some(check) = &self.check {
+            check.pass(&self.device, &self.canvas)?;
+        }
         let Some(rays) = &self.rays else { return self.frame(None) };
         if let Some(settled) = rays.settled() {
             return self.frame(settled);

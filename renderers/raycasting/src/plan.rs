@@ -12,7 +12,13 @@ pub fn plan(view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
     let skipping =
         if view.skippable(layout).is_some() { shaders::NEXT_SAMPLE } else { shaders::EVERY_SAMPLE };
     let rays = Rays::AtOnce { module: shaders::RAYS_AT_ONCE, in_pieces: shaders::RAYS_IN_PIECES };
-    templates.extend([shaders::RAYCASTING, shaders::RAYS_AT_ONCE, skipping, shaders::OPACITY]);
+    templates.extend([
+        shaders::RAYCASTING,
+        shaders::RAYS_AT_ONCE,
+        shaders::LOOPS_RUN,
+        skipping,
+        shaders::OPACITY,
+    ]);
     let workgroups = [view.size[0].div_ceil(WORKGROUP), view.size[1].div_ceil(WORKGROUP), 1];
     let pass = ComputePass { templates, entry: "raycast", inputs, workgroups, rays };
     Ok(Plan { size: view.size, passes: vec![Pass::Compute(pass)] })

@@ -32,6 +32,7 @@ pub fn slices(
     }
     templates.extend([
         shaders::SLICING,
+        shaders::SLICES_UNCHECKED,
         proxy,
         match slabs.geometry {
             Geometry::Planes | Geometry::Axis => shaders::SLABS_FLAT,
@@ -50,6 +51,7 @@ pub fn slices(
         inputs,
         vertices: proxies(&slabs, view, layout, &rays),
         blending: slicing.blending,
+        checked: Some((shaders::SLICES_UNCHECKED, &[shaders::SLICES_CHECKED, shaders::LOOPS_RUN])),
     };
     Ok((slabs, pass))
 }

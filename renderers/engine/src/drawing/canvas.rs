@@ -98,12 +98,22 @@ impl Canvas {
         }
     }
 
+    /// Pixels whose red is below zero, which no light is.
+    pub(super) fn below_zero(&self, device: &Device) -> Result<usize, EngineError> {
+        let pixels = self.pixels(device)?;
+        Ok(pixels.iter().filter(|pixel| pixel[0] < 0.0).count())
+    }
+
+    fn pixels(&self, device: &Device) -> Result<Vec<[f32; 4]>, EngineError> {
+        match self {
+            Self::Buffer(buffer) => device.read_buffer(buffer, buffer.size()),
+            Self::Target(texture) => read_texture(device, texture),
+        }
+    }
+
     /// The picture as it is now.
     pub(super) fn read(&self, device: &Device, size: [u32; 2]) -> Result<Image, EngineError> {
-        let pixels = match self {
-            Self::Buffer(buffer) => device.read_buffer(buffer, buffer.size())?,
-            Self::Target(texture) => read_texture(device, texture)?,
-        };
+        let pixels = self.pixels(device)?;
         if let Some(CutOff { pixels, .. }) = CutOff::of(&pixels) {
             return Err(EngineError::CutOff { pixels });
         }

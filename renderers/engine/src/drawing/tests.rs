@@ -132,6 +132,7 @@ fn a_ring_holds_its_layers_whoever_filters() {
             fragment: "show",
             inputs: Vec::new(),
             vertices: vec![corner(-1.0, -1.0), corner(3.0, -1.0), corner(-1.0, 3.0)],
+            checked: None,
             blending: Blending::Float32,
         };
         let place = |layer| [LayerStep::Decode(layer), LayerStep::Place(layer % 4)];

@@ -1,0 +1,9 @@
+// Whether loops still run to their ends. A device that has ended one lets none behind it run twice, as this one must;
+// how often it does no compiler knows, lest it be no loop.
+fn loops_run() -> bool {
+    var rounds = 0u;
+    while rounds * view.size.x <= view.size.x {
+        rounds += 1u;
+    }
+    return rounds == 2u;
+}
