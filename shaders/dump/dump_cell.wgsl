@@ -1,9 +1,15 @@
 // Writes every voxel as a corner of a cell. Which corner changes from voxel to voxel, so that all eight, inside
 // and across blocks, are put to the test.
+// Voxels are numbered x fastest, then y; a dispatch writes these of them, from the beginning of the buffer.
+struct Dumped {
+    first: u32,
+    end: u32,
+}
+
 @compute @workgroup_size(64)
 fn dump(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let i = id.y * groups.x * 64u + id.x;
-    if i >= volume_extent.x * volume_extent.y * volume_extent.z {
+    let i = dumped.first + id.y * groups.x * 64u + id.x;
+    if i >= dumped.end {
         return;
     }
     let row = i / volume_extent.x;
@@ -15,6 +21,6 @@ fn dump(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     var cell = voxel_cell(p, q);
     let voxel = voxel_of(cell[corner.x + 2u * corner.y + 4u * corner.z]);
     for (var c = 0u; c < voxel_channels; c++) {
-        dump_values[i * voxel_channels + c] = voxel_channel(voxel, c);
+        dump_values[(i - dumped.first) * voxel_channels + c] = voxel_channel(voxel, c);
     }
 }

@@ -315,7 +315,7 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
                 let request = Request {
                     templates: &[template],
                     entry: "dump",
-                    bindings: &[BindingKind::Dump],
+                    bindings: &BindingKind::DUMP,
                     layout: decoder.layout(),
                     source: source(&cell.codec, decoder.as_ref(), Site::Inline, TextureSampling::Manual),
                     filter: None,

@@ -40,7 +40,7 @@ fn dump_shader(
     let request = Request {
         templates: &[template],
         entry: "dump",
-        bindings: &[BindingKind::Dump],
+        bindings: &BindingKind::DUMP,
         layout: decoder.layout(),
         source: Source::Inline {
             codec: info.id,

@@ -135,8 +135,10 @@ pub enum BindingKind {
     Pieces,
     /// Storage `progress: array<u32>`, read and written: of each ray the sample that comes next.
     Progress,
-    /// Storage `dump: array<f32>`, written: all voxels of a frame, x fastest, channels interleaved.
+    /// Storage `dump_values: array<f32>`, written: voxels of a frame, x fastest, channels interleaved.
     Dump,
+    /// Uniform `dumped`: the struct `Dumped`, which voxels these are.
+    Dumped,
     /// Uniform `slab`: the struct `Slab` of the template that decodes a frame, in layers across an axis.
     Slab(Axis),
     /// Storage `texels: array<u32>`, written: texels of this format in rows, as a copy into a texture wants them.
@@ -173,6 +175,9 @@ pub enum BindingKind {
 }
 
 impl BindingKind {
+    /// The bindings of a template that dumps voxels.
+    pub const DUMP: [Self; 2] = [Self::Dump, Self::Dumped];
+
     /// Whether it is a uniform.
     #[must_use]
     pub const fn is_uniform(&self) -> bool {
@@ -185,6 +190,7 @@ impl BindingKind {
                 | Self::Slabs
                 | Self::Slab(_)
                 | Self::Pieces
+                | Self::Dumped
         )
     }
 }

@@ -29,7 +29,7 @@ fn inline(
     generate(&Request {
         templates,
         entry: if dump { "dump" } else { "raycast" },
-        bindings: if dump { &[BindingKind::Dump] } else { &picture },
+        bindings: if dump { &BindingKind::DUMP } else { &picture },
         layout: &layout(),
         source: Source::Inline {
             codec: "toy",

@@ -125,6 +125,7 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
             BindingKind::Pieces => "var<uniform> pieces: Pieces;",
             BindingKind::Progress => "var<storage, read_write> progress: array<u32>;",
             BindingKind::Dump => "var<storage, read_write> dump_values: array<f32>;",
+            BindingKind::Dumped => "var<uniform> dumped: Dumped;",
             BindingKind::Slab(_) => "var<uniform> slab: Slab;",
             BindingKind::Texels(_) => "var<storage, read_write> texels: array<u32>;",
             BindingKind::Words { .. }

@@ -15,7 +15,9 @@ pub(crate) struct Supplies<'a> {
     pub(crate) inputs: &'a [Input],
     /// The uniform `slab`.
     pub(crate) slab: Option<&'a wgpu::Buffer>,
-    /// `image`, `dump` or `texels`: what the shader writes.
+    /// The uniform `dumped`.
+    pub(crate) dumped: Option<&'a wgpu::Buffer>,
+    /// `image`, `dump_values` or `texels`: what the shader writes.
     pub(crate) output: Option<&'a wgpu::Buffer>,
     /// The uniform `pieces`, and `progress`.
     pub(crate) pieces: Option<[&'a wgpu::Buffer; 2]>,
@@ -189,6 +191,9 @@ fn resident(
             Resident::Buffer(device.filled_buffer("input", usage, &contents)?)
         }
         BindingKind::Slab(_) => Resident::Buffer(supplies.slab.ok_or_else(|| missing("`slab`"))?.clone()),
+        BindingKind::Dumped => {
+            Resident::Buffer(supplies.dumped.ok_or_else(|| missing("which voxels to dump"))?.clone())
+        }
         BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
             Resident::Buffer(supplies.output.ok_or_else(|| missing("an output"))?.clone())
         }

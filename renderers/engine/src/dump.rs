@@ -10,6 +10,8 @@ use crate::{Device, DrawSource, EngineError, VolumeTexture};
 
 /// Invocations of one workgroup of a dump template, along x.
 const WORKGROUP: u64 = 64;
+/// Bytes of a dump that are on the device at a time, at most.
+const PIECE_BYTES: u64 = 64 << 20;
 
 impl VoxelDump for Device {
     fn dump_at(
@@ -40,13 +42,13 @@ impl Device {
     /// shader `dump` of 64 invocations along x, whose dispatch overflows into y, and which checks bounds.
     ///
     /// # Errors
-    /// [`EngineError::TooLarge`] when the frame exceeds one storage binding, else as [`crate::Drawing::new`].
+    /// [`EngineError::TooLarge`] when the frame has more voxels than 32 bits count, else as [`crate::Drawing::new`].
     pub fn dump_source(&self, source: &DrawSource<'_>, template: Template) -> Result<Vec<f32>, EngineError> {
         let voxels = source.voxels()?;
         let shader = generate(&Request {
             templates: &[template],
             entry: "dump",
-            bindings: &[BindingKind::Dump],
+            bindings: &BindingKind::DUMP,
             layout: voxels.layout,
             source: voxels.source.clone(),
             filter: None,
@@ -64,25 +66,51 @@ impl Device {
         extent: Extent,
         channels: u32,
     ) -> Result<Vec<f32>, EngineError> {
-        let samples = extent.voxels() * u64::from(channels);
-        let (bytes, limit) = (samples * 4, self.capabilities().storage_bytes());
-        if bytes > limit {
-            let what = format!("a dump of {samples} samples");
-            return Err(EngineError::TooLarge { what, requested: bytes, limit, unit: "bytes in one buffer" });
+        let most_bytes = self.capabilities().storage_bytes().min(PIECE_BYTES);
+        self.run_dump_in_pieces(shader, supplies, (extent, channels), most_bytes)
+    }
+
+    /// The same, so many bytes at a time at most.
+    fn run_dump_in_pieces(
+        &self,
+        shader: &GeneratedShader,
+        supplies: Supplies<'_>,
+        (extent, channels): (Extent, u32),
+        most_bytes: u64,
+    ) -> Result<Vec<f32>, EngineError> {
+        let voxels = extent.voxels();
+        let numbers = u64::from(u32::MAX);
+        if voxels > numbers {
+            let what = format!("a dump of {}×{}×{} voxels", extent.x(), extent.y(), extent.z());
+            return Err(EngineError::TooLarge { what, requested: voxels, limit: numbers, unit: "voxels" });
         }
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let output = self.guarded("making a dump", || self.empty_buffer("dump", usage, bytes))?;
-        let supplies = Supplies { output: Some(&output), ..supplies };
-        let bound = Bound::new(self, shader, &supplies, &mut Parts::new())?;
-        self.guarded("dumping voxels", || {
-            let mut encoder = self.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            bound.dispatch(&mut pass, dump_workgroups(extent.voxels()));
-            drop(pass);
-            self.queue().submit([encoder.finish()]);
-            Ok(())
+        let voxel_bytes = 4 * u64::from(channels);
+        let piece = (most_bytes / voxel_bytes).clamp(1, voxels);
+        let (output, range) = self.guarded("making a dump", || {
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+            let output = self.empty_buffer("dump", usage, piece * voxel_bytes)?;
+            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+            Ok((output, self.empty_buffer("dumped", usage, 16)?))
         })?;
-        self.read_buffer(&output, bytes)
+        let supplies = Supplies { output: Some(&output), dumped: Some(&range), ..supplies };
+        let bound = Bound::new(self, shader, &supplies, &mut Parts::new())?;
+        let mut values = Vec::with_capacity((voxels * u64::from(channels)) as usize);
+        for first in (0..voxels).step_by(piece as usize) {
+            let end = voxels.min(first + piece);
+            self.guarded("dumping voxels", || {
+                let words = [first as u32, end as u32, 0, 0];
+                self.queue().write_buffer(&range, 0, bytemuck::bytes_of(&words));
+                let mut encoder =
+                    self.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                bound.dispatch(&mut pass, dump_workgroups(end - first));
+                drop(pass);
+                self.queue().submit([encoder.finish()]);
+                Ok(())
+            })?;
+            values.extend(self.read_buffer::<f32>(&output, (end - first) * voxel_bytes)?);
+        }
+        Ok(values)
     }
 }
 

@@ -122,7 +122,7 @@ fn a_rebuilt_frame_is_a_source_like_others() {
         generate(&Request {
             templates: &[cvr_shaders::DUMP],
             entry: "dump",
-            bindings: &[BindingKind::Dump],
+            bindings: &BindingKind::DUMP,
             layout: &layout(3),
             source: source.clone(),
             filter,
