@@ -15,7 +15,7 @@ const OVERVIEW: u64 = 12288;
 /// Widths of a code that a stream may have beside none.
 const WIDTHS: std::ops::RangeInclusive<u32> = 4..=16;
 /// Numbers of codebooks are tried of which at most so many times the least error is expected: one, two and three.
-const TRIED: [f64; 3] = [1.35, 1.1, 1.0];
+const TRIED: [f64; 3] = [1.6, 1.1, 1.0];
 /// The same where codevectors keep to the zones of their partition, so that none does without three codebooks for nothing.
 const TRIED_CONFINED: [f64; 3] = [1.0, 1.1, 1.35];
 /// With no more blocks than this every number is tried: that takes seconds.
@@ -25,8 +25,8 @@ const FEW_BLOCKS: f64 = 32768.0;
 const ENOUGH_FOR: f64 = 1024.0;
 /// How many times the settings' blocks train at most.
 const MOST_TRAINING: f64 = 2.5;
-/// Widest codes of a stream of fewer than three codebooks: larger ones would train for minutes.
-const WIDEST_OF_FEW: u32 = 13;
+/// Most blocks times codewords of one of fewer than three codebooks: more would train for minutes.
+const MOST_PAIRS: f64 = (1_u64 << 31) as f64;
 
 /// What is to be expected of codebooks.
 #[derive(Debug)]
@@ -157,7 +157,9 @@ impl Plan {
         let mut choices = [0, 1, 2].map(|p| self.choices(work, p));
         for (p, choices) in choices.iter_mut().enumerate() {
             // The first choice is no codebook.
-            choices.retain(|c| (c.size > 1) == (p < count) && (count == 3 || width(c.size) <= WIDEST_OF_FEW));
+            choices.retain(|c| {
+                (c.size > 1) == (p < count) && (count == 3 || c.size as f64 * work.blocks() <= MOST_PAIRS)
+            });
         }
         let mut found = Sizes { books: [1; 3], expected: self.expected(work, [1; 3]) };
         for _ in 0..3 {
