@@ -294,7 +294,8 @@ mod tests {
         };
         // Five bits and their codewords; the last codebook pays least, the second less the more the first has done.
         assert_eq!(sizes(53.5), [32, 1, 1]);
-        assert_eq!(sizes(53.0), [16, 1, 1]);
+        assert_eq!(sizes(53.0), [16, 2, 1]);
+        assert_eq!(sizes(41.9), [16, 1, 1]);
         for budget in [1.0, 30.0, 90.0, 200.0] {
             assert!(bits(sizes(budget)) <= budget);
         }
