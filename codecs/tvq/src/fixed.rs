@@ -1,117 +1,22 @@
-//! The payload `fixed`: how wide each partition's codes are, and a frame of them.
+//! The payload `fixed`: codebooks that reach a target, and a frame of codes.
 
 use cvr_core::codec::EncodeError;
 use serde_json::json;
 
-use crate::allocate::{Choice, allocate};
-use crate::blocks::{Domain, Sample};
+use crate::blocks::Sample;
 use crate::books::Book;
 use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::VOXELS;
 use crate::payload::{fixed_frame, fixed_words, mean_width};
 use crate::settings::{CODE_BITS, Target};
+use crate::sizes::{Plan, Sizes, given, training_blocks};
 use crate::table::{Partition, Table};
 use crate::train::Trainer;
 
-/// Widths at which training curves are measured.
-const MEASURED: [u32; 4] = [3, 5, 7, 9];
-/// Blocks on which they are measured.
-const OVERVIEW: u64 = 12288;
-/// Widths of a code that a stream may have beside none.
-const WIDTHS: std::ops::RangeInclusive<u32> = 4..=16;
 /// How many budgets are tried for a PSNR.
 const SEARCH: usize = 12;
-/// How often the widths are chosen anew.
+/// How often the sizes are chosen anew.
 const TRIES: usize = 8;
-
-/// What is to be expected of codebooks.
-#[derive(Debug)]
-struct Plan {
-    /// By partition, the logarithm of the part of the error that is left at each of the widths that were measured.
-    curves: [Vec<f64>; 3],
-    measured: Vec<u32>,
-    /// Mean square after the means, in units of sums.
-    mean_square: f64,
-    /// Largest less smallest mean, in units of sums.
-    mean_span: f64,
-    /// Most bits of a code that there are blocks for.
-    widest: u32,
-}
-
-/// Widths, and the error (root mean square, in units of sums) that they are expected to leave.
-#[derive(Copy, Clone, Debug, PartialEq)]
-struct Widths {
-    codes: [u32; 3],
-    expected: f64,
-}
-
-impl Plan {
-    fn measure(work: &Work<'_>) -> Result<Self, EncodeError> {
-        let domains: Vec<_> = work.domains().cloned().collect();
-        let seed = work.options.seed;
-        let sample = Sample::draw(work.source, &domains, work.quantiser, OVERVIEW, seed, work.run)?;
-        let trainer = Trainer::new(&sample, work.training(true));
-        // What 38 dB leave, to begin with.
-        let expected = 0.0126 * work.span / work.unit();
-        let most = (sample.len() / 3).max(1).ilog2();
-        let measured: Vec<u32> = MEASURED.into_iter().filter(|w| *w <= most).collect();
-        let threshold = work.threshold(expected);
-        let (curves, mean_square) =
-            trainer.curves(&measured, work.mean_shift(expected), threshold, work.run)?;
-        let means =
-            sample.values.chunks_exact(VOXELS).map(|b| b.iter().map(|v| f64::from(*v)).sum::<f64>() / 64.0);
-        let (low, high) =
-            means.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| (low.min(m), high.max(m)));
-        // Sub-volumes are trained one by one: none has codewords for more blocks than the smallest has.
-        let fewest = domains.iter().map(Domain::blocks).min().unwrap_or(1);
-        let widest = fewest.max(1).ilog2().clamp(1, *WIDTHS.end());
-        Ok(Self { curves, measured, mean_square, mean_span: high - low, widest })
-    }
-
-    /// The logarithm of the part that a code of `width` bits leaves, between and beyond what was measured.
-    fn left(&self, partition: usize, width: u32) -> f64 {
-        let points: Vec<(f64, f64)> = std::iter::once((0.0, 0.0))
-            .chain(self.measured.iter().map(|w| f64::from(*w)).zip(self.curves[partition].iter().copied()))
-            .collect();
-        let width = f64::from(width);
-        let after = points.iter().position(|p| p.0 >= width).unwrap_or(points.len() - 1).max(1);
-        let (Some(a), Some(b)) = (points.get(after - 1), points.get(after)) else { return 0.0 };
-        a.1 + (b.1 - a.1) * (width - a.0) / (b.0 - a.0)
-    }
-
-    fn mean_bits(&self, shift: u32) -> f64 {
-        (self.mean_span / f64::from(1_u32 << shift) + 2.0).log2().ceil().max(1.0)
-    }
-
-    fn expected(&self, codes: [u32; 3]) -> f64 {
-        let left: f64 = codes.into_iter().enumerate().map(|(p, w)| self.left(p, w)).sum();
-        (self.mean_square * left.exp()).sqrt().max(0.5)
-    }
-
-    /// Widths within `budget` for all codes and codebooks, and with `with_means` the means.
-    fn widths(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Widths {
-        if work.options.index_bits > 0 {
-            let codes = [work.options.index_bits; 3];
-            return Widths { codes, expected: self.expected(codes) };
-        }
-        let book_bits = (VOXELS as u32 * work.options.entry_bits) as f64 * work.tables();
-        let choice = |partition: usize, width: u32| {
-            let books = if width == 0 { 0.0 } else { book_bits * f64::from(1_u32 << width) };
-            Choice { bits: work.blocks() * f64::from(width) + books, left: self.left(partition, width) }
-        };
-        let widths: Vec<u32> = std::iter::once(0).chain(WIDTHS.filter(|w| *w <= self.widest)).collect();
-        let curves: Vec<Vec<Choice>> =
-            (0..3).map(|p| widths.iter().map(|w| choice(p, *w)).collect()).collect();
-        let mut found = Widths { codes: [0; 3], expected: self.expected([0; 3]) };
-        for _ in 0..3 {
-            let means = if with_means { self.mean_bits(work.mean_shift(found.expected)) } else { 0.0 };
-            let chosen = allocate(&curves, budget - means * work.blocks());
-            let codes = [0, 1, 2].map(|p| widths[chosen[p]]);
-            found = Widths { codes, expected: self.expected(codes) };
-        }
-        found
-    }
-}
 
 /// Codebooks and codes of all tables.
 ///
@@ -123,36 +28,81 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
         Target::Codes => {
             // What three codes of 8 bits take, and their codebooks.
             let books = f64::from(CODE_BITS << 5) * VOXELS as f64 * f64::from(work.options.entry_bits);
-            code(work, plan.widths(work, f64::from(CODE_BITS) * work.blocks() + books * work.tables(), false))
+            let budget = f64::from(CODE_BITS) * work.blocks() + books * work.tables();
+            let coded = |count| code(work, plan.sizes(work, budget, false, count));
+            Ok(of_counts(&plan.counts(work, budget, false), coded)?.1)
         }
         Target::Rate(rate) => {
             let most = rate * work.samples() - work.overhead(3);
-            let mut budget = most;
-            for _ in 1..TRIES {
-                let coded = code(work, plan.widths(work, budget, true))?;
-                let excess = bits(work, &coded) - most;
-                if excess <= 0.0 || budget < 0.0 || work.options.index_bits > 0 {
-                    return Ok(coded);
-                }
-                budget -= excess * 1.01 + 8.0 * work.blocks() / 64.0;
-            }
-            code(work, plan.widths(work, budget, true))
+            let coded = |count| within(work, &plan, most, count);
+            Ok(of_counts(&plan.counts(work, most, true), coded)?.1)
         }
         Target::Psnr(psnr) | Target::Both { psnr, .. } => least(work, &plan, psnr),
     }
+}
+
+/// Of some numbers of codebooks the one that leaves the least error, and what it codes.
+fn of_counts(
+    counts: &[usize],
+    code: impl Fn(usize) -> Result<Sets, EncodeError>,
+) -> Result<(usize, Sets), EncodeError> {
+    let mut best: Option<(f64, usize, Sets)> = None;
+    for &count in counts {
+        let coded = code(count)?;
+        let error = total_error(&coded);
+        if best.as_ref().is_none_or(|best| error < best.0) {
+            best = Some((error, count, coded));
+        }
+    }
+    best.map(|(_, count, coded)| (count, coded))
+        .ok_or_else(|| EncodeError::Unsupported("no codebooks to try".to_owned()))
+}
+
+/// `count` codebooks, and no more bits than `most`.
+fn within(work: &Work<'_>, plan: &Plan, most: f64, count: usize) -> Result<Sets, EncodeError> {
+    let mut budget = most;
+    for _ in 1..TRIES {
+        let coded = code(work, plan.sizes(work, budget, true, count))?;
+        let excess = bits(work, &coded) - most;
+        if excess <= 0.0 || budget < 0.0 || given(work).is_some() {
+            return Ok(coded);
+        }
+        budget -= excess * 1.01 + 8.0 * work.blocks() / 64.0;
+    }
+    code(work, plan.sizes(work, budget, true, count))
 }
 
 /// The least rate that reaches a PSNR, to within a fiftieth: budgets from the one that the curves promise on.
 fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Sets, EncodeError> {
     let error = work.error_of(psnr);
     let wanted = (error / work.samples()).sqrt() / work.unit();
-    let at = |budget: f64| plan.widths(work, budget, true);
-    let most = at(f64::INFINITY);
     // Means of one bit, to begin with.
     let mut budget = work.blocks();
-    while at(budget).expected > wanted && at(budget) != most {
+    let all = plan.sizes(work, f64::INFINITY, true, 3);
+    while (1..4).all(|count| {
+        let sizes = plan.sizes(work, budget, true, count);
+        sizes.expected > wanted && sizes != all
+    }) {
         budget *= 1.05;
     }
+    let tried = |count| code(work, plan.sizes(work, budget, true, count));
+    let (count, _) = of_counts(&plan.counts(work, budget, true), tried)?;
+    let mut reached = search(work, plan, budget, (error, count))?;
+    if reached.is_none() && count < 3 {
+        reached = search(work, plan, budget, (error, 3))?;
+    }
+    reached.map_or_else(|| code(work, all), Ok)
+}
+
+/// `count` codebooks that leave no more than an error, or `None` where they cannot: budgets around a first one.
+fn search(
+    work: &Work<'_>,
+    plan: &Plan,
+    mut budget: f64,
+    (error, count): (f64, usize),
+) -> Result<Option<Sets>, EncodeError> {
+    let at = |budget: f64| plan.sizes(work, budget, true, count);
+    let most = at(f64::INFINITY);
     let mut missed = 0.0_f64;
     let mut reached: Option<(f64, Sets)> = None;
     for _ in 0..SEARCH {
@@ -172,10 +122,7 @@ fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Sets, EncodeError> {
             None => missed * 1.2,
         };
     }
-    match reached {
-        Some((_, coded)) => Ok(coded),
-        None => code(work, most),
-    }
+    Ok(reached.map(|(_, coded)| coded))
 }
 
 /// The squared error of everything, in data units.
@@ -195,20 +142,20 @@ pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>]) -> f64 {
     coded.iter().flatten().map(of_table).sum()
 }
 
-fn code(work: &Work<'_>, widths: Widths) -> Result<Sets, EncodeError> {
+fn code(work: &Work<'_>, sizes: Sizes) -> Result<Sets, EncodeError> {
     let training = work.training(false);
-    let (mean_shift, threshold) = (work.mean_shift(widths.expected), work.threshold(widths.expected));
+    let (mean_shift, threshold) = (work.mean_shift(sizes.expected), work.threshold(sizes.expected));
     let mut seed = work.options.seed;
     let mut sets = Vec::new();
     for set in &work.sets {
         let mut coded = Vec::new();
         for domain in set {
             let domains = std::slice::from_ref(domain);
-            let count = work.options.training_blocks;
+            let count = training_blocks(work, sizes.books.into_iter().max().unwrap_or(1)) as u64;
             let sample = Sample::draw(work.source, domains, work.quantiser, count, seed, work.run)?;
             seed = seed.wrapping_add(1);
             let books =
-                Trainer::new(&sample, training).fixed(widths.codes, mean_shift, threshold, work.run)?;
+                Trainer::new(&sample, training).fixed(sizes.books, mean_shift, threshold, work.run)?;
             drop(sample);
             let planes = work.coder(&books, mean_shift, 0.0).code(work.source, domain, work.run)?;
             coded.push(Coded { books, mean_shift, planes });

@@ -17,6 +17,7 @@ mod geometry;
 mod payload;
 mod plan;
 mod settings;
+mod sizes;
 mod table;
 mod train;
 mod transform;
@@ -55,6 +56,26 @@ static INFO: CodecInfo = CodecInfo {
     settings: settings::SETTINGS,
     methods: settings::METHODS,
 };
+
+/// What `examples/budget.rs` asks of the encoder. No part of the interface.
+#[doc(hidden)]
+pub mod inside {
+    use cvr_core::codec::{ConfigError, Encoder, Settings};
+
+    pub use crate::classify::{energies, zones_of};
+    pub use crate::table::Partition;
+    pub use crate::transform::{Basis, Transform};
+
+    /// An encoder whose codebooks have so many codewords under the payload `fixed`, whatever they cost.
+    ///
+    /// # Errors
+    /// When a setting is missing.
+    pub fn encoder_of_sizes(settings: &Settings, sizes: [usize; 3]) -> Result<Box<dyn Encoder>, ConfigError> {
+        let options =
+            crate::settings::Options { sizes: Some(sizes), ..crate::settings::Options::of(settings)? };
+        Ok(Box::new(crate::encode::TvqEncoder { options }))
+    }
+}
 
 /// The codec `tvq`.
 #[derive(Copy, Clone, Debug, Default)]

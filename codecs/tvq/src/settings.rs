@@ -90,7 +90,8 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "training_blocks",
-        doc: "blocks that the codebooks of a table are trained on, drawn by chance; all where there are no more",
+        doc: "blocks that the codebooks of a table are trained on, drawn by chance; under fixed up to 2.5 times as many for \
+              codebooks of more than 1024 codewords; all where there are no more",
         kind: SettingKind::Integer { min: 1, max: 1 << 24 },
         default: "65536",
     },
@@ -136,6 +137,8 @@ pub struct Options {
     pub target: Target,
     /// Bits of a code; 0 = allocated.
     pub index_bits: u32,
+    /// Codewords of the codebooks of the payload `fixed`, where they are given.
+    pub sizes: Option<[usize; 3]>,
     /// Most codes of a block under the payload `variable`.
     pub codes: u32,
     pub transform: Transform,
@@ -175,6 +178,7 @@ impl Options {
             payload: if settings.text("payload")? == "fixed" { Payload::Fixed } else { Payload::Variable },
             target,
             index_bits: integer("index_bits")?,
+            sizes: None,
             codes: integer("codes")?,
             transform: Transform::named(settings.text("transform")?)
                 .ok_or_else(|| incomplete("transform"))?,

@@ -45,6 +45,26 @@ pub struct State {
     pub errors: Vec<f64>,
 }
 
+/// What codebooks of one partition leave behind certain codebooks before it: natural logarithms of parts of the error.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// What those before it have left.
+    pub before: f64,
+    /// By width what it leaves of that: in blocks that trained it, and in others.
+    pub left: Vec<[f64; 2]>,
+}
+
+/// Training curves.
+#[derive(Clone, Debug)]
+pub struct Curves {
+    /// One for each partition.
+    pub of: Vec<Curve>,
+    /// Mean square after the means, in units of sums.
+    pub mean_square: f64,
+    /// Blocks that trained.
+    pub trained: f64,
+}
+
 /// Codebooks of the payload `variable`, and what they are expected to do.
 #[derive(Debug)]
 pub struct Outcome {
@@ -131,13 +151,13 @@ impl<'a> Trainer<'a> {
         }
     }
 
-    /// One codebook of each partition, of 2^width codewords at most.
+    /// One codebook of each partition, of so many codewords at most.
     ///
     /// # Errors
     /// When `run` was cancelled.
     pub fn fixed(
         &self,
-        widths: [u32; 3],
+        sizes: [usize; 3],
         mean_shift: u32,
         threshold: f64,
         run: &Progress<'_>,
@@ -146,9 +166,11 @@ impl<'a> Trainer<'a> {
         let mut state = self.begin(mean_shift);
         let all: Vec<usize> = (0..self.sample.len()).collect();
         let mut books = Vec::new();
-        for (partition, width) in Partition::ALL.into_iter().zip(widths) {
-            let book = self.partition(&state, &classes, partition, width, run)?;
-            Self::subtract(&mut state, &book, &all);
+        for (p, partition) in Partition::ALL.into_iter().enumerate() {
+            let book = self.partition(&state, &classes, partition, sizes[p], run)?;
+            if sizes[p + 1..].iter().any(|size| *size > 1) {
+                Self::subtract(&mut state, &book, &all);
+            }
             books.push(book);
         }
         Ok(books)
@@ -166,7 +188,7 @@ impl<'a> Trainer<'a> {
         state: &State,
         classes: &[u8],
         partition: Partition,
-        width: u32,
+        size: usize,
         run: &Progress<'_>,
     ) -> Result<Book, Cancelled> {
         let mut members: Vec<usize> =
@@ -174,11 +196,10 @@ impl<'a> Trainer<'a> {
         if members.is_empty() {
             members = (0..classes.len()).collect();
         }
-        self.book(state, classes, (&members, partition), 1 << width, run)
+        self.book(state, classes, (&members, partition), size, run)
     }
 
-    /// The natural logarithm of the part of the error that is left after a partition's codebook of each of some widths,
-    /// each partition after those before it, measured on blocks that did not train it; and the mean square before all.
+    /// Training curves at some widths, smallest first; that of each partition behind codebooks of 7 bits of those before.
     ///
     /// # Errors
     /// When `run` was cancelled.
@@ -188,38 +209,42 @@ impl<'a> Trainer<'a> {
         mean_shift: u32,
         threshold: f64,
         run: &Progress<'_>,
-    ) -> Result<([Vec<f64>; 3], f64), Cancelled> {
+    ) -> Result<Curves, Cancelled> {
         let classes = self.classes(threshold);
         let mut state = self.begin(mean_shift);
         let (train, test): (Vec<usize>, Vec<usize>) = (0..self.sample.len()).partition(|i| i % 3 != 2);
-        let test = if test.is_empty() { train.clone() } else { test };
-        let total = |state: &State| test.iter().map(|i| state.errors[*i]).sum::<f64>();
-        let mean_square = total(&state) / (test.len() * VOXELS) as f64;
-        let mut curves: [Vec<f64>; 3] = Default::default();
-        for (curve, partition) in curves.iter_mut().zip(Partition::ALL) {
-            let members: Vec<usize> =
-                train.iter().copied().filter(|i| self.trains(classes[*i], partition)).collect();
-            let before = total(&state);
+        let groups = if test.is_empty() { [train.clone(), train] } else { [train, test] };
+        let totals =
+            |state: &State| [0, 1].map(|g: usize| groups[g].iter().map(|i| state.errors[*i]).sum::<f64>());
+        let parts = |now: [f64; 2], before: [f64; 2]| {
+            [0, 1].map(|g| if before[g] > 0.0 { (now[g] / before[g]).max(1e-9).ln() } else { 0.0 })
+        };
+        let begun = totals(&state);
+        let all: Vec<usize> = (0..self.sample.len()).collect();
+        let mut of = Vec::new();
+        for partition in Partition::ALL {
+            let trains = |i: &usize| self.trains(classes[*i], partition);
+            let members: Vec<usize> = groups[0].iter().copied().filter(trains).collect();
+            let before = totals(&state);
+            let [own, other] = parts(before, begun);
+            let mut curve = Curve { before: 0.5 * (own + other), left: Vec::new() };
             let mut after = None;
             for width in widths {
-                if before <= 0.0 || members.is_empty() {
-                    curve.push(0.0);
-                    continue;
-                }
-                let book = self.book(&state, &classes, (&members, partition), 1 << width, run)?;
                 let mut next = state.clone();
-                Self::subtract(&mut next, &book, &test);
-                curve.push((total(&next) / before).max(1e-9).ln());
-                if *width == 7 || after.is_none() {
-                    after = Some(book);
+                if !members.is_empty() {
+                    let book = self.book(&state, &classes, (&members, partition), 1 << width, run)?;
+                    Self::subtract(&mut next, &book, &all);
+                }
+                curve.left.push(parts(totals(&next), before));
+                if *width <= 7 {
+                    after = Some(next);
                 }
             }
-            if let Some(book) = after {
-                let all: Vec<usize> = (0..self.sample.len()).collect();
-                Self::subtract(&mut state, &book, &all);
-            }
+            of.push(curve);
+            state = after.unwrap_or(state);
         }
-        Ok((curves, mean_square))
+        let mean_square = begun[1] / (groups[1].len() * VOXELS) as f64;
+        Ok(Curves { of, mean_square, trained: groups[0].len() as f64 })
     }
 
     /// Codebooks of at most 2^width codewords, as many as pay at `price` (squared error, in units of sums, per bit).
