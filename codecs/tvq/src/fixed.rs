@@ -9,16 +9,16 @@ use crate::books::Book;
 use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::VOXELS;
 use crate::payload::{fixed_frame, fixed_words, mean_width};
-use crate::settings::{CODE_BITS, Target};
+use crate::settings::Target;
 use crate::table::{Partition, Table};
 use crate::train::Trainer;
 
 /// Widths at which training curves are measured.
-const MEASURED: [u32; 4] = [3, 5, 7, 9];
+const MEASURED: [u32; 6] = [1, 2, 3, 5, 7, 9];
 /// Blocks on which they are measured.
 const OVERVIEW: u64 = 12288;
 /// Widths of a code that a stream may have beside none.
-const WIDTHS: std::ops::RangeInclusive<u32> = 4..=16;
+const WIDTHS: std::ops::RangeInclusive<u32> = 1..=16;
 /// How many budgets are tried for a PSNR.
 const SEARCH: usize = 12;
 /// How often the widths are chosen anew.
@@ -121,9 +121,8 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
     let plan = Plan::measure(work)?;
     match work.options.target {
         Target::Codes => {
-            // What three codes of 8 bits take, and their codebooks.
-            let books = f64::from(CODE_BITS << 5) * VOXELS as f64 * f64::from(work.options.entry_bits);
-            code(work, plan.widths(work, f64::from(CODE_BITS) * work.blocks() + books * work.tables(), false))
+            let [codes, _, books] = work.default_bits();
+            code(work, plan.widths(work, codes + books, false))
         }
         Target::Rate(rate) => {
             let most = rate * work.samples() - work.overhead(3);

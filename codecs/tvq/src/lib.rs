@@ -6,6 +6,7 @@
 mod allocate;
 mod blocks;
 mod books;
+mod bricks;
 mod check;
 mod classify;
 mod code;
@@ -17,6 +18,7 @@ mod geometry;
 mod payload;
 mod plan;
 mod settings;
+mod settle;
 mod table;
 mod train;
 mod transform;

@@ -8,7 +8,8 @@ use crate::code::Plane;
 use crate::encode::Work;
 use crate::geometry::{BRICK, HEAD_WORDS, VOXELS, number, positions};
 use crate::payload::mean_width;
-use crate::settings::{CODE_BITS, Target};
+use crate::settings::Target;
+use crate::settle::{Aim, Settled, Sum, best_counts, settle};
 use crate::train::Trainer;
 
 /// Blocks on which trials train.
@@ -21,6 +22,10 @@ const MANY: f64 = 65536.0;
 const ABOUT_AS_GOOD: f64 = 1.02;
 /// Trials of one width.
 const TRIALS: usize = 6;
+/// Errors at which a bit pays are the same where their logarithms differ by less.
+const NEAR: f64 = 0.05;
+/// The farthest that one trial leads, as the logarithm of the error at which a bit pays.
+const FARTHEST: f64 = 1.5;
 /// Squared error of a block that one bit is worth, over the mean square of its voxels: a bit less in each of 64
 /// dimensions would raise it by 2 ln 2.
 pub const PRICE: f64 = 2.0 * std::f64::consts::LN_2;
@@ -33,18 +38,16 @@ pub struct Point {
     pub error: f64,
 }
 
-/// What one trial promises.
-#[derive(Copy, Clone, Debug)]
-struct Promise {
-    bits: f64,
-    /// Squared error of everything, in units of sums.
-    error: f64,
-}
-
 impl Point {
     /// Squared error that a bit is worth, in units of sums.
     pub fn price(self) -> f64 {
         PRICE * self.error * self.error
+    }
+
+    /// By how much a bit turns out to be worth more than was assumed: the logarithm of the ratio of the errors at which it
+    /// pays. The price is in units of sums.
+    pub fn off(self, price: f64) -> f64 {
+        ((price / PRICE).sqrt() / self.error).ln()
     }
 }
 
@@ -54,6 +57,8 @@ struct Overview<'a, 'w> {
     trainer: Trainer<'a>,
     /// Means of all blocks in units of sums, by domain and plane.
     means: Vec<Vec<Plane>>,
+    /// Errors in units of sums.
+    aim: Aim,
 }
 
 impl Overview<'_, '_> {
@@ -65,58 +70,66 @@ impl Overview<'_, '_> {
             .sum()
     }
 
-    fn trial(&self, point: Point) -> Result<Promise, EncodeError> {
+    /// What codebooks for a point lead to where the aim is met as well as they can; prices and errors in units of sums.
+    fn trial(&self, point: Point) -> Result<Settled, EncodeError> {
         let work = self.work;
         let shift = work.mean_shift(point.error);
-        let outcome = self.trainer.variable(
-            point.width,
-            point.price(),
-            (shift, work.threshold(point.error)),
-            true,
-            work.run,
-        )?;
-        let codewords: usize = outcome.books.iter().map(Book::size).sum();
-        let count = outcome.books.len() as u32;
-        // Blocks with codes lie together: about half the bricks that could hold one each do.
-        let planes = f64::from(2 * 32 * (32 - count.leading_zeros()));
-        let planes = bricks(work) * planes * (2.0 * outcome.open).min(1.0);
-        let bits = self.mean_bits(shift)
-            + outcome.code_bits
-            + planes
-            + fixed_bits(work, count, codewords as f64 * work.tables());
-        Ok(Promise { bits, error: outcome.error })
+        let threshold = work.threshold(point.error);
+        let outcome =
+            self.trainer.variable(point.width, point.price(), (shift, threshold), true, work.run)?;
+        let counts = outcome.books.len() + 1;
+        let mean_bits = self.mean_bits(shift);
+        let codewords = |m: usize| outcome.books.iter().take(m).map(Book::size).sum::<usize>() as f64;
+        let fixed: Vec<f64> =
+            (0..counts).map(|m| mean_bits + fixed_bits(work, m as u32, codewords(m) * work.tables())).collect();
+        let bricks = bricks(work);
+        let sums = |price: f64| {
+            let prices = vec![price * f64::from(point.width); counts];
+            let mut found = vec![(0.0, 0_u64, 0_u64); counts];
+            for errors in outcome.errors.chunks_exact(counts) {
+                best_counts(|n| errors[n], &prices, |m, count, error| {
+                    let (sum, codes, open) = &mut found[m];
+                    *sum += error;
+                    *codes += count as u64;
+                    *open += u64::from(count > 0);
+                });
+            }
+            let blocks = (outcome.errors.len() / counts).max(1) as f64;
+            let sum = |(m, (error, codes, open)): (usize, (f64, u64, u64))| {
+                // Blocks with codes lie together: about half the bricks that could hold one each do.
+                let planes = f64::from(2 * 32 * (usize::BITS - m.leading_zeros()));
+                let planes = bricks * planes * (2.0 * open as f64 / blocks).min(1.0);
+                let codes = codes as f64 * f64::from(point.width) * outcome.scale;
+                Sum { bits: fixed[m] + codes + planes, error: error * outcome.scale }
+            };
+            found.into_iter().enumerate().map(sum).collect()
+        };
+        Ok(settle(self.aim, point.price(), sums))
     }
 
-    /// The error at which a bit pays such that the target is met, for codes of one width.
-    fn find(&self, mut point: Point) -> Result<(Point, Promise), EncodeError> {
-        let work = self.work;
-        let (by_error, target) = match work.options.target {
-            Target::Psnr(psnr) => (true, work.error_of(psnr) / work.unit().powi(2)),
-            _ => (false, most_bits(work)),
-        };
-        // Logarithm of the error at which a bit pays, and of what it leads to over what is wanted; both rise, or one
-        // falls.
+    /// The error at which a bit pays such that the aim is met best, for codes of one width.
+    fn find(&self, mut point: Point) -> Result<(Point, Settled), EncodeError> {
+        // Logarithm of the error at which a bit pays, and by how much it turns out to be off, which falls.
         let mut known: Vec<(f64, f64)> = Vec::new();
-        let mut best: Option<(f64, Point, Promise)> = None;
+        let mut best: Option<(Point, Settled)> = None;
         for _ in 0..TRIALS {
-            let promise = self.trial(point)?;
-            let off =
-                ((if by_error { promise.error } else { promise.bits }).max(1e-9) / target.max(1e-9)).ln();
-            if best.as_ref().is_none_or(|b| off.abs() < b.0.abs()) {
-                best = Some((off, point, promise));
+            let settled = self.trial(point)?;
+            if best.as_ref().is_none_or(|b| self.aim.order(settled.sum, b.1.sum).is_lt()) {
+                best = Some((point, settled));
             }
-            if off.abs() < 0.03 {
+            let off = point.off(settled.price).clamp(-FARTHEST, FARTHEST);
+            if off.abs() < NEAR {
                 break;
             }
             known.push((point.error.ln(), off));
-            let next = match near_zero(&mut known) {
-                Some(next) => next,
-                None => point.error.ln() + if by_error { -off / 2.0 } else { off.clamp(-1.5, 1.5) },
-            };
-            point.error = next.clamp(-1.0, 12.0).exp();
+            let next = near_zero(&mut known).unwrap_or(point.error.ln() + off);
+            let next = next.clamp(LEAST_ERROR.ln(), 12.0);
+            if (next - point.error.ln()).abs() < NEAR {
+                break;
+            }
+            point.error = next.exp();
         }
-        best.map(|(_, point, promise)| (point, promise))
-            .ok_or(EncodeError::Unsupported("no trial".to_owned()))
+        best.ok_or(EncodeError::Unsupported("no trial".to_owned()))
     }
 }
 
@@ -126,14 +139,6 @@ fn near_zero(known: &mut [(f64, f64)]) -> Option<f64> {
     let after = known.iter().position(|k| k.1 > 0.0)?;
     let (a, b) = (known.get(after.checked_sub(1)?)?, known.get(after)?);
     Some(a.0 + (b.0 - a.0) * (-a.1) / (b.1 - a.1))
-}
-
-/// Bits that there are for everything.
-pub fn most_bits(work: &Work<'_>) -> f64 {
-    match work.options.target {
-        Target::Rate(rate) => rate * work.samples(),
-        _ => f64::from(8 + CODE_BITS) * work.blocks() + fixed_bits(work, 0, 0.0),
-    }
 }
 
 /// Bits of header, tables, codebooks and heads of bricks.
@@ -180,7 +185,12 @@ pub fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
     let means = means.collect::<Result<Vec<_>, _>>()?;
     let mut trainer = Trainer::new(&sample, work.training(true));
     trainer.copies = work.tables();
-    let overview = Overview { work, trainer, means };
+    let unit = work.unit().powi(2);
+    let aim = match work.aim() {
+        Aim::Error(error) => Aim::Error(error / unit),
+        bits @ Aim::Bits(_) => bits,
+    };
+    let overview = Overview { work, trainer, means, aim };
     let error = match work.options.target {
         Target::Psnr(psnr) => (work.error_of(psnr) / work.samples()).sqrt() / work.unit(),
         _ => 0.0126 * work.span / work.unit(),
@@ -193,16 +203,20 @@ pub fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
     let blocks = work.blocks() / work.tables();
     let widest = ((blocks / 4.0).max(8.0).log2() as u32).min(if blocks > MANY { 8 } else { 12 });
     let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6);
-    let (mut point, promise) = overview.find(Point { width: first, error })?;
-    let cost = |p: Promise| p.error + point.price() * p.bits;
-    let mut costs = vec![(first, cost(promise))];
+    let (mut point, settled) = overview.find(Point { width: first, error })?;
+    let price = settled.price.min(point.price());
+    let cost = |s: Settled| s.sum.error + price * s.sum.bits;
+    let mut trials = vec![(first, settled)];
     let coarse = (first + 2..=widest).step_by(2).chain(first.checked_sub(1));
     for width in coarse {
-        costs.push((width, cost(overview.trial(Point { width, ..point })?)));
+        trials.push((width, overview.trial(Point { width, ..point })?));
     }
-    let least = costs.iter().map(|c| c.1).fold(f64::INFINITY, f64::min);
+    // What misses the aim is no match for what meets it.
+    let any_meets = trials.iter().any(|t| aim.met(t.1.sum));
+    trials.retain(|t| !any_meets || aim.met(t.1.sum));
+    let least = trials.iter().map(|t| cost(t.1)).fold(f64::INFINITY, f64::min);
     // Of those about as good the widest: fewer codes are fewer fetches.
-    let good = costs.iter().filter(|c| c.1 <= ABOUT_AS_GOOD * least).map(|c| c.0);
+    let good = trials.iter().filter(|t| cost(t.1) <= ABOUT_AS_GOOD * least).map(|t| t.0);
     point.width = good.max().unwrap_or(first);
     if point.width.abs_diff(first) > 1 {
         point = overview.find(point)?.0;

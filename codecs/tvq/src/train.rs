@@ -45,17 +45,16 @@ pub struct State {
     pub errors: Vec<f64>,
 }
 
-/// Codebooks of the payload `variable`, and what they are expected to do.
+/// Codebooks of the payload `variable`, and what they do to blocks.
 #[derive(Debug)]
 pub struct Outcome {
     /// Codebooks.
     pub books: Vec<Book>,
-    /// Bits of all codes of the domain.
-    pub code_bits: f64,
-    /// Squared error of all blocks, in units of sums.
-    pub error: f64,
-    /// Part of the blocks that keep a code.
-    pub open: f64,
+    /// Weighted squared errors, in units of sums, of the blocks on which codebooks are measured: before all, and after each.
+    /// Empty where nothing was to be measured.
+    pub errors: Vec<f64>,
+    /// Blocks that each of these stands for.
+    pub scale: f64,
 }
 
 fn energy(block: &[f32]) -> f64 {
@@ -223,8 +222,9 @@ impl<'a> Trainer<'a> {
     }
 
     /// Codebooks of at most 2^width codewords, as many as pay at `price` (squared error, in units of sums, per bit).
-    /// With `held_out`, a third of the blocks trains nothing, and what codebooks do is measured on that third alone: many
-    /// codewords for few blocks then promise no more than they will keep.
+    /// With `measured` the outcome tells what they do. Where blocks are not all there are, a third of them then trains
+    /// nothing, and codebooks are measured on that third alone: many codewords for few blocks then promise no more than
+    /// they will keep. A codebook that has seen all blocks keeps what it shows on them.
     ///
     /// # Errors
     /// When `run` was cancelled.
@@ -233,19 +233,25 @@ impl<'a> Trainer<'a> {
         width: u32,
         price: f64,
         (mean_shift, threshold): (u32, f64),
-        held_out: bool,
+        measured: bool,
         run: &Progress<'_>,
     ) -> Result<Outcome, Cancelled> {
         let classes = self.classes(threshold);
         let mut state = self.begin(mean_shift);
         let code_price = price * f64::from(width);
-        let held_out = held_out && self.sample.len() >= 6;
-        let measured = |i: usize| !held_out || i % 3 == 2;
+        let all = self.sample.scale <= 1.0 && self.copies <= 1.0;
+        let held_out = measured && !all && self.sample.len() >= 6;
+        let counts = |i: usize| !held_out || i % 3 == 2;
         let scale = self.sample.scale * if held_out { 3.0 } else { 1.0 };
         let weighted = |state: &State, i: usize| state.errors[i] * self.sample.weights[i];
+        let shown = |state: &State| -> Vec<f64> {
+            let blocks = (0..classes.len()).filter(|i| measured && counts(*i));
+            blocks.map(|i| weighted(state, i)).collect()
+        };
+        // By codebook, and then by block.
+        let mut errors = vec![shown(&state)];
         // Cost of each block at its best count of codes so far.
         let mut best: Vec<f64> = (0..classes.len()).map(|i| weighted(&state, i)).collect();
-        let mut kept = vec![0_u32; best.len()];
         let mut books: Vec<Book> = Vec::new();
         let mut partition = Partition::Low;
         while (books.len() as u32) < self.training.most_books {
@@ -267,28 +273,23 @@ impl<'a> Trainer<'a> {
             Self::subtract(&mut state, &book, &members);
             let count = books.len() as u32 + 1;
             let mut gain = 0.0;
-            let mut better = Vec::new();
             for &i in &members {
                 let cost = weighted(&state, i) + code_price * f64::from(count);
                 if cost < best[i] {
-                    gain += if measured(i) { best[i] - cost } else { 0.0 };
-                    better.push((i, cost));
+                    gain += if counts(i) { best[i] - cost } else { 0.0 };
+                    best[i] = cost;
                 }
             }
             let book_bits = (book.size() * VOXELS) as f64 * f64::from(self.training.recipe.entry_bits);
             if gain * scale <= price * book_bits * self.copies {
                 break;
             }
-            for (i, cost) in better {
-                (best[i], kept[i]) = (cost, count);
-            }
             books.push(book);
+            errors.push(shown(&state));
         }
-        let all = || (0..best.len()).filter(|i| measured(*i));
-        let codes = all().map(|i| f64::from(kept[i] * width)).sum::<f64>();
-        let error = all().map(|i| best[i]).sum::<f64>() - codes * price;
-        let open = all().filter(|i| kept[*i] > 0).count() as f64 / all().count().max(1) as f64;
-        Ok(Outcome { books, code_bits: codes * scale, error: error * scale, open })
+        let blocks = errors.first().map_or(0, Vec::len);
+        let errors = (0..blocks).flat_map(|i| errors.iter().map(move |of_book| of_book[i])).collect();
+        Ok(Outcome { books, errors, scale })
     }
 
     /// The partition in which most of what is left lies.
