@@ -18,13 +18,16 @@ const OVERVIEW: u64 = 32768;
 pub const LEAST_ERROR: f64 = 0.5;
 /// Blocks of a table that are many.
 const MANY: f64 = 65536.0;
-/// Costs that differ by no more than this factor are about the same.
+/// Blocks of a table that are few.
+const FEW: f64 = 4096.0;
+/// Errors, or bits, that differ by no more than this factor are about the same.
 const ABOUT_AS_GOOD: f64 = 1.02;
 /// Trials of one width.
 const TRIALS: usize = 6;
 /// Errors at which a bit pays are the same where their logarithms differ by less.
 const NEAR: f64 = 0.05;
-/// The farthest that one trial leads, as the logarithm of the error at which a bit pays.
+/// The farthest that one trial leads, as the logarithm of the error at which a bit pays: where codebooks are few, a price may
+/// be any in a wide range.
 const FARTHEST: f64 = 1.5;
 /// Squared error of a block that one bit is worth, over the mean square of its voxels: a bit less in each of 64
 /// dimensions would raise it by 2 ln 2.
@@ -47,7 +50,7 @@ impl Point {
     /// By how much a bit turns out to be worth more than was assumed: the logarithm of the ratio of the errors at which it
     /// pays. The price is in units of sums.
     pub fn off(self, price: f64) -> f64 {
-        ((price / PRICE).sqrt() / self.error).ln()
+        ((price / PRICE).sqrt() / self.error).ln().clamp(-FARTHEST, FARTHEST)
     }
 }
 
@@ -117,7 +120,7 @@ impl Overview<'_, '_> {
             if best.as_ref().is_none_or(|b| self.aim.order(settled.sum, b.1.sum).is_lt()) {
                 best = Some((point, settled));
             }
-            let off = point.off(settled.price).clamp(-FARTHEST, FARTHEST);
+            let off = point.off(settled.price);
             if off.abs() < NEAR {
                 break;
             }
@@ -183,13 +186,14 @@ pub fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
     let coder = work.coder(&[], 0, 0.0);
     let means = domains.iter().map(|domain| coder.code(work.source, domain, work.run));
     let means = means.collect::<Result<Vec<_>, _>>()?;
-    let mut trainer = Trainer::new(&sample, work.training(true));
-    trainer.copies = work.tables();
     let unit = work.unit().powi(2);
     let aim = match work.aim() {
         Aim::Error(error) => Aim::Error(error / unit),
         bits @ Aim::Bits(_) => bits,
     };
+    let mut trainer = Trainer::new(&sample, work.training(true));
+    trainer.copies = work.tables();
+    trainer.most_bits = aim.most_bits();
     let overview = Overview { work, trainer, means, aim };
     let error = match work.options.target {
         Target::Psnr(psnr) => (work.error_of(psnr) / work.samples()).sqrt() / work.unit(),
@@ -203,23 +207,24 @@ pub fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
     let blocks = work.blocks() / work.tables();
     let widest = ((blocks / 4.0).max(8.0).log2() as u32).min(if blocks > MANY { 8 } else { 12 });
     let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6);
-    let (mut point, settled) = overview.find(Point { width: first, error })?;
-    let price = settled.price.min(point.price());
-    let cost = |s: Settled| s.sum.error + price * s.sum.bits;
-    let mut trials = vec![(first, settled)];
-    let coarse = (first + 2..=widest).step_by(2).chain(first.checked_sub(1));
-    for width in coarse {
-        trials.push((width, overview.trial(Point { width, ..point })?));
+    let begun = overview.find(Point { width: first, error })?;
+    let mut trials = vec![(begun.0, begun.1.sum)];
+    // Where blocks are few, so are codebooks, and one more does not fit as often as not: each width has a price of its own.
+    let few = blocks <= FEW;
+    let step = if few { 1 } else { 2 };
+    for width in (first + step..=widest).step_by(step as usize).chain(first.checked_sub(1)) {
+        let point = Point { width, ..begun.0 };
+        let (point, settled) = if few { overview.find(point)? } else { (point, overview.trial(point)?) };
+        trials.push((point, settled.sum));
     }
-    // What misses the aim is no match for what meets it.
-    let any_meets = trials.iter().any(|t| aim.met(t.1.sum));
-    trials.retain(|t| !any_meets || aim.met(t.1.sum));
-    let least = trials.iter().map(|t| cost(t.1)).fold(f64::INFINITY, f64::min);
+    // Bits that are left over are worth nothing, nor is less error than was asked for.
+    let best = trials.iter().map(|t| t.1).min_by(|a, b| aim.order(*a, *b)).unwrap_or_default();
+    let as_good = |sum: Sum| {
+        let [is, least] = [sum, best].map(|s| aim.left(s));
+        aim.met(sum) == aim.met(best) && is <= ABOUT_AS_GOOD * least
+    };
     // Of those about as good the widest: fewer codes are fewer fetches.
-    let good = trials.iter().filter(|t| cost(t.1) <= ABOUT_AS_GOOD * least).map(|t| t.0);
-    point.width = good.max().unwrap_or(first);
-    if point.width.abs_diff(first) > 1 {
-        point = overview.find(point)?.0;
-    }
-    Ok(point)
+    let good = trials.iter().filter(|t| as_good(t.1)).map(|t| t.0).max_by_key(|point| point.width);
+    let point = good.unwrap_or(begun.0);
+    if few || point.width.abs_diff(first) <= 1 { Ok(point) } else { Ok(overview.find(point)?.0) }
 }

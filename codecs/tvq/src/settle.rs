@@ -49,18 +49,27 @@ impl Aim {
         }
     }
 
+    /// Bits of everything at most.
+    #[must_use]
+    pub const fn most_bits(self) -> f64 {
+        match self {
+            Self::Bits(most) => most,
+            Self::Error(_) => f64::INFINITY,
+        }
+    }
+
+    /// What is to be least: what was not asked for where the aim is met, else what was.
+    #[must_use]
+    pub fn left(self, sum: Sum) -> f64 {
+        if matches!(self, Self::Bits(_)) == self.met(sum) { sum.error } else { sum.bits }
+    }
+
     /// The better is less: what meets the aim, of that the least of what was not asked for; else what is nearest to it.
     #[must_use]
     pub fn order(self, a: Sum, b: Sum) -> Ordering {
-        let key = |sum: Sum| {
-            let (asked, other) = match self {
-                Self::Bits(_) => (sum.bits, sum.error),
-                Self::Error(_) => (sum.error, sum.bits),
-            };
-            if self.met(sum) { [0.0, other, asked] } else { [1.0, asked, other] }
-        };
-        let pairs = key(a).into_iter().zip(key(b));
-        pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+        let met = self.met(b).cmp(&self.met(a));
+        let asked = |s: Sum| s.bits + s.error;
+        met.then(self.left(a).total_cmp(&self.left(b))).then(asked(a).total_cmp(&asked(b)))
     }
 
     /// Whether the aim is met with next to nothing to spare.

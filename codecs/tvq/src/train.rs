@@ -34,6 +34,8 @@ pub struct Trainer<'a> {
     training: Training,
     /// Tables that will each have such codebooks.
     pub copies: f64,
+    /// Bits that all codebooks of all these tables may take: more would never be kept.
+    pub most_bits: f64,
 }
 
 /// What the codebooks so far leave of the blocks.
@@ -67,7 +69,7 @@ impl<'a> Trainer<'a> {
     pub fn new(sample: &'a Sample, training: Training) -> Self {
         let basis = Basis::new(training.transform, &sample.values);
         let energies = sample.values.par_chunks(VOXELS).map(|block| energies(&basis, block)).collect();
-        Self { sample, basis, energies, training, copies: 1.0 }
+        Self { sample, basis, energies, training, copies: 1.0, most_bits: f64::INFINITY }
     }
 
     /// Class of each block. The threshold is a root mean square in units of sums.
@@ -253,6 +255,7 @@ impl<'a> Trainer<'a> {
         // Cost of each block at its best count of codes so far.
         let mut best: Vec<f64> = (0..classes.len()).map(|i| weighted(&state, i)).collect();
         let mut books: Vec<Book> = Vec::new();
+        let mut bits = 0.0;
         let mut partition = Partition::Low;
         while (books.len() as u32) < self.training.most_books {
             partition = partition.max(self.leading(&state));
@@ -281,7 +284,8 @@ impl<'a> Trainer<'a> {
                 }
             }
             let book_bits = (book.size() * VOXELS) as f64 * f64::from(self.training.recipe.entry_bits);
-            if gain * scale <= price * book_bits * self.copies {
+            bits += book_bits * self.copies;
+            if gain * scale <= price * book_bits * self.copies || bits > self.most_bits {
                 break;
             }
             books.push(book);

@@ -90,7 +90,8 @@ fn code(work: &Work<'_>, point: Point) -> Result<Sets, EncodeError> {
             let count = work.options.training_blocks;
             let sample = Sample::draw(work.source, domains, work.quantiser, count, seed, work.run)?;
             seed = seed.wrapping_add(1);
-            let trainer = Trainer::new(&sample, training);
+            let mut trainer = Trainer::new(&sample, training);
+            trainer.most_bits = work.aim().most_bits();
             let books =
                 trainer.variable(point.width, point.price(), (mean_shift, threshold), false, work.run)?.books;
             drop(trainer);
