@@ -21,7 +21,7 @@ const MANY: f64 = 65536.0;
 /// Blocks of a table that are few.
 const FEW: f64 = 4096.0;
 /// Errors, or bits, that differ by no more than this factor are about the same.
-const ABOUT_AS_GOOD: f64 = 1.02;
+const ABOUT_AS_GOOD: f64 = 1.03;
 /// Trials of one width.
 const TRIALS: usize = 6;
 /// Errors at which a bit pays are the same where their logarithms differ by less.
