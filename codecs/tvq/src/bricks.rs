@@ -70,8 +70,7 @@ impl<'a> Bricks<'a> {
                 for brick in positions(size.map(|s| s.div_ceil(BRICK))) {
                     let first = brick.map(|b| b * BRICK);
                     let cut = [0, 1, 2].map(|a| BRICK.min(size[a] - first[a]));
-                    let mut brick =
-                        Brick { plane, table, number: number_of, first, cut, size, mean_bits: 0 };
+                    let mut brick = Brick { plane, table, number: number_of, first, cut, size, mean_bits: 0 };
                     let means: Vec<u32> = brick.blocks().map(|n| plane.means[n]).collect();
                     brick.mean_bits = mean_width(&means).1 * means.len() as u32;
                     bricks.push(brick);
@@ -105,11 +104,15 @@ impl<'a> Bricks<'a> {
                 let mut found = [Count::default(); MOST_BOOKS as usize + 1];
                 for block in brick.blocks() {
                     let errors = brick.errors(block);
-                    best_counts(|n| errors[n].into(), &prices[brick.table][..own], |m, kept, error| {
-                        found[m].error += error;
-                        found[m].codes += kept as u32;
-                        found[m].most = found[m].most.max(kept as u8);
-                    });
+                    best_counts(
+                        |n| errors[n].into(),
+                        &prices[brick.table][..own],
+                        |m, kept, error| {
+                            found[m].error += error;
+                            found[m].codes += kept as u32;
+                            found[m].most = found[m].most.max(kept as u8);
+                        },
+                    );
                 }
                 for (m, sum) in sums.iter_mut().enumerate() {
                     let found = found[m.min(own - 1)];

@@ -18,7 +18,8 @@ const OVERVIEW: u64 = 32768;
 pub const LEAST_ERROR: f64 = 0.5;
 /// Blocks of a table that are many.
 const MANY: f64 = 65536.0;
-/// Blocks of a table that are few.
+/// Blocks of a table that are not many, and such as are few.
+const SOME: f64 = 16384.0;
 const FEW: f64 = 4096.0;
 /// Errors, or bits, that differ by no more than this factor are about the same.
 const ABOUT_AS_GOOD: f64 = 1.03;
@@ -26,6 +27,8 @@ const ABOUT_AS_GOOD: f64 = 1.03;
 const TRIALS: usize = 6;
 /// Errors at which a bit pays are the same where their logarithms differ by less.
 const NEAR: f64 = 0.05;
+/// Interpolation takes errors at which a bit pays for no farther off than this.
+const STEEP: f64 = 0.5;
 /// The farthest that one trial leads, as the logarithm of the error at which a bit pays: where codebooks are few, a price may
 /// be any in a wide range.
 const FARTHEST: f64 = 1.5;
@@ -83,19 +86,24 @@ impl Overview<'_, '_> {
         let counts = outcome.books.len() + 1;
         let mean_bits = self.mean_bits(shift);
         let codewords = |m: usize| outcome.books.iter().take(m).map(Book::size).sum::<usize>() as f64;
-        let fixed: Vec<f64> =
-            (0..counts).map(|m| mean_bits + fixed_bits(work, m as u32, codewords(m) * work.tables())).collect();
+        let fixed: Vec<f64> = (0..counts)
+            .map(|m| mean_bits + fixed_bits(work, m as u32, codewords(m) * work.tables()))
+            .collect();
         let bricks = bricks(work);
         let sums = |price: f64| {
             let prices = vec![price * f64::from(point.width); counts];
             let mut found = vec![(0.0, 0_u64, 0_u64); counts];
             for errors in outcome.errors.chunks_exact(counts) {
-                best_counts(|n| errors[n], &prices, |m, count, error| {
-                    let (sum, codes, open) = &mut found[m];
-                    *sum += error;
-                    *codes += count as u64;
-                    *open += u64::from(count > 0);
-                });
+                best_counts(
+                    |n| errors[n],
+                    &prices,
+                    |m, count, error| {
+                        let (sum, codes, open) = &mut found[m];
+                        *sum += error;
+                        *codes += count as u64;
+                        *open += u64::from(count > 0);
+                    },
+                );
             }
             let blocks = (outcome.errors.len() / counts).max(1) as f64;
             let sum = |(m, (error, codes, open)): (usize, (f64, u64, u64))| {
@@ -110,21 +118,20 @@ impl Overview<'_, '_> {
         Ok(settle(self.aim, point.price(), sums))
     }
 
-    /// The error at which a bit pays such that the aim is met best, for codes of one width.
+    /// The error at which a bit pays such that the aim is met best, for codes of one width. Of errors that do about as well,
+    /// the one at which a bit turns out to be worth what was assumed.
     fn find(&self, mut point: Point) -> Result<(Point, Settled), EncodeError> {
+        let mut trials: Vec<(Point, Settled)> = Vec::new();
         // Logarithm of the error at which a bit pays, and by how much it turns out to be off, which falls.
         let mut known: Vec<(f64, f64)> = Vec::new();
-        let mut best: Option<(Point, Settled)> = None;
         for _ in 0..TRIALS {
             let settled = self.trial(point)?;
-            if best.as_ref().is_none_or(|b| self.aim.order(settled.sum, b.1.sum).is_lt()) {
-                best = Some((point, settled));
-            }
+            trials.push((point, settled));
             let off = point.off(settled.price);
             if off.abs() < NEAR {
                 break;
             }
-            known.push((point.error.ln(), off));
+            known.push((point.error.ln(), off.clamp(-STEEP, STEEP)));
             let next = near_zero(&mut known).unwrap_or(point.error.ln() + off);
             let next = next.clamp(LEAST_ERROR.ln(), 12.0);
             if (next - point.error.ln()).abs() < NEAR {
@@ -132,7 +139,22 @@ impl Overview<'_, '_> {
             }
             point.error = next.exp();
         }
-        best.ok_or(EncodeError::Unsupported("no trial".to_owned()))
+        let off = |t: &(Point, Settled)| t.0.off(t.1.price).abs();
+        let mut good = self.good(trials, |t| t.1.sum);
+        good.sort_by(|a, b| off(a).total_cmp(&off(b)).then(self.aim.order(a.1.sum, b.1.sum)));
+        good.into_iter().next().ok_or(EncodeError::Unsupported("no trial".to_owned()))
+    }
+
+    /// The trials that do about as well as the best of them. Bits that are left over are worth nothing, nor is less error
+    /// than was asked for.
+    fn good<T>(&self, mut trials: Vec<T>, sum: impl Fn(&T) -> Sum) -> Vec<T> {
+        let aim = self.aim;
+        let best = trials.iter().map(&sum).min_by(|a, b| aim.order(*a, *b)).unwrap_or_default();
+        trials.retain(|t| {
+            let [is, least] = [sum(t), best].map(|s| aim.left(s));
+            aim.met(sum(t)) == aim.met(best) && is <= ABOUT_AS_GOOD * least
+        });
+        trials
     }
 }
 
@@ -203,28 +225,26 @@ pub fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
     if work.options.index_bits > 0 {
         return Ok(overview.find(Point { width: work.options.index_bits, error })?.0);
     }
-    // Widths that there are blocks for; the widest take too long on many blocks, and do not pay there.
+    // Widths that there are blocks for, and bits for two codebooks; the widest take too long on many blocks, and do not
+    // pay there.
     let blocks = work.blocks() / work.tables();
-    let widest = ((blocks / 4.0).max(8.0).log2() as u32).min(if blocks > MANY { 8 } else { 12 });
-    let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6);
+    let codeword = VOXELS as f64 * f64::from(work.options.entry_bits) * work.tables();
+    let payable = (aim.most_bits() / (2.0 * codeword)).max(2.0).log2() as u32;
+    let widest = ((blocks / 4.0).max(8.0).log2() as u32).min(if blocks > MANY { 8 } else { 12 }).min(payable);
+    let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6).min(widest);
     let begun = overview.find(Point { width: first, error })?;
     let mut trials = vec![(begun.0, begun.1.sum)];
     // Where blocks are few, so are codebooks, and one more does not fit as often as not: each width has a price of its own.
-    let few = blocks <= FEW;
-    let step = if few { 1 } else { 2 };
-    for width in (first + step..=widest).step_by(step as usize).chain(first.checked_sub(1)) {
+    let step = if blocks > SOME { 2 } else { 1 };
+    for width in (first + step..=widest).step_by(step as usize).chain(first.checked_sub(1).filter(|w| *w > 0))
+    {
         let point = Point { width, ..begun.0 };
-        let (point, settled) = if few { overview.find(point)? } else { (point, overview.trial(point)?) };
-        trials.push((point, settled.sum));
+        let found = if blocks > FEW { (point, overview.trial(point)?) } else { overview.find(point)? };
+        trials.push((found.0, found.1.sum));
     }
-    // Bits that are left over are worth nothing, nor is less error than was asked for.
-    let best = trials.iter().map(|t| t.1).min_by(|a, b| aim.order(*a, *b)).unwrap_or_default();
-    let as_good = |sum: Sum| {
-        let [is, least] = [sum, best].map(|s| aim.left(s));
-        aim.met(sum) == aim.met(best) && is <= ABOUT_AS_GOOD * least
-    };
-    // Of those about as good the widest: fewer codes are fewer fetches.
-    let good = trials.iter().filter(|t| as_good(t.1)).map(|t| t.0).max_by_key(|point| point.width);
-    let point = good.unwrap_or(begun.0);
-    if few || point.width.abs_diff(first) <= 1 { Ok(point) } else { Ok(overview.find(point)?.0) }
+    // The widest: fewer codes are fewer fetches.
+    let good = overview.good(trials, |t| t.1).into_iter().max_by_key(|t| t.0.width);
+    let point = good.map_or(begun.0, |t| t.0);
+    let anew = blocks > FEW && point.width.abs_diff(first) > 1;
+    if anew { Ok(overview.find(point)?.0) } else { Ok(point) }
 }

@@ -91,7 +91,11 @@ impl Aim {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (met + missed);
             let sum = at(middle.exp());
-            if self.met(sum) { met = middle } else { missed = middle }
+            if self.met(sum) {
+                met = middle
+            } else {
+                missed = middle
+            }
             if self.just_met(sum) {
                 break;
             }
@@ -161,10 +165,14 @@ mod tests {
             [([90.0, 80.0, 10.0, 10.0], 20.0), ([50.0, 45.0, 30.0, 30.0], 10.0), ([1.0; 4], 100.0)];
         let mut sums: Vec<Sum> = (0..4).map(|m| Sum { bits: 50.0 * f64::from(m), error: 0.0 }).collect();
         for (errors, blocks) in kinds {
-            best_counts(|n| errors[n], &[4.0 * price; 4], |m, count, error| {
-                sums[m].bits += blocks * 4.0 * count as f64;
-                sums[m].error += blocks * error;
-            });
+            best_counts(
+                |n| errors[n],
+                &[4.0 * price; 4],
+                |m, count, error| {
+                    sums[m].bits += blocks * 4.0 * count as f64;
+                    sums[m].error += blocks * error;
+                },
+            );
         }
         sums
     }
