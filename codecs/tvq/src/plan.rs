@@ -19,7 +19,7 @@ pub const LEAST_ERROR: f64 = 0.5;
 /// Blocks of a table that are many.
 const MANY: f64 = 65536.0;
 /// Blocks of a table that are not many, and such as are few.
-const SOME: f64 = 16384.0;
+pub const SOME: f64 = 16384.0;
 const FEW: f64 = 4096.0;
 /// Errors, or bits, that differ by no more than this factor are about the same.
 const ABOUT_AS_GOOD: f64 = 1.03;
@@ -132,7 +132,7 @@ impl Overview<'_, '_> {
                 break;
             }
             known.push((point.error.ln(), off.clamp(-STEEP, STEEP)));
-            let next = near_zero(&mut known).unwrap_or(point.error.ln() + off);
+            let next = near_zero(&known).unwrap_or(point.error.ln() + off);
             let next = next.clamp(LEAST_ERROR.ln(), 12.0);
             if (next - point.error.ln()).abs() < NEAR {
                 break;
@@ -158,12 +158,12 @@ impl Overview<'_, '_> {
     }
 }
 
-/// Between the two known points nearest to zero on either side, where there are such.
-fn near_zero(known: &mut [(f64, f64)]) -> Option<f64> {
-    known.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let after = known.iter().position(|k| k.1 > 0.0)?;
-    let (a, b) = (known.get(after.checked_sub(1)?)?, known.get(after)?);
-    Some(a.0 + (b.0 - a.0) * (-a.1) / (b.1 - a.1))
+/// Between the two known points nearest to zero on either side, where there are such: of pairs of a place and a value that
+/// falls.
+fn near_zero(known: &[(f64, f64)]) -> Option<f64> {
+    let before = known.iter().filter(|k| k.1 > 0.0).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let after = known.iter().filter(|k| k.1 <= 0.0).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(before.0 + (after.0 - before.0) * before.1 / (before.1 - after.1))
 }
 
 /// Bits of header, tables, codebooks and heads of bricks.

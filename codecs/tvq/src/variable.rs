@@ -11,7 +11,7 @@ use crate::code::Plane;
 use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::{EDGE, Geometry, Parameters, Payload, VALUE_BITS, block_grid};
 use crate::payload::variable_frame;
-use crate::plan::{LEAST_ERROR, Point, plan};
+use crate::plan::{LEAST_ERROR, Point, SOME, plan};
 use crate::settings::Target;
 use crate::settle::{Aim, Settled, Sum, best_counts, settle};
 use crate::table::{BookForm, Partition, Table};
@@ -19,6 +19,10 @@ use crate::train::Trainer;
 
 /// Codebooks are trained anew where the logarithm of the error at which a bit pays turns out to be off by this.
 const OFF: f64 = 0.5;
+/// The same where blocks are not many, so that this takes little time.
+const OFF_OF_SOME: f64 = 0.1;
+/// The error for which codebooks are trained grows by this factor there, as long as that helps.
+const COARSER: f64 = 1.15;
 /// How often codebooks are trained at most.
 const TRIES: usize = 4;
 
@@ -32,21 +36,32 @@ pub type Kept = Vec<Vec<Vec<Vec<u8>>>>;
 pub fn encode(work: &Work<'_>) -> Result<(Sets, Kept), EncodeError> {
     let mut point = plan(work)?;
     let aim = work.aim();
+    let some = work.blocks() / work.tables() <= SOME;
+    let (tries, near) = if some { (2 * TRIES, OFF_OF_SOME) } else { (TRIES, OFF) };
+    let mut coarser = false;
     let mut best: Option<(Settled, Sets)> = None;
-    for _ in 0..TRIES {
+    for _ in 0..tries {
         let coded = code(work, point)?;
         let bricks = Bricks::of(work, &coded);
         let settled = settle(aim, point.price() * work.unit().powi(2), |price| bricks.sums(price));
         drop(bricks);
-        if best.as_ref().is_none_or(|b| aim.order(settled.sum, b.0.sum).is_lt()) {
+        let better = best.as_ref().is_none_or(|b| aim.order(settled.sum, b.0.sum).is_lt());
+        if better {
             best = Some((settled, coded));
         }
         // What pays at this price is not what the codebooks were made for.
         let off = point.off(settled.price / work.unit().powi(2));
         let missed = matches!(aim, Aim::Error(_)) && !aim.met(settled.sum);
-        let next = if missed { 0.7 * point.error } else { point.error * (0.7 * off).exp() };
+        coarser |= !missed && off.abs() < near;
+        let next = match (coarser, missed) {
+            // Codebooks for the worst blocks alone may do better than those for all in which a code pays.
+            (true, _) if some && better => COARSER * point.error,
+            (true, _) => break,
+            (false, true) => 0.7 * point.error,
+            (false, false) => point.error * (0.7 * off).exp(),
+        };
         let next = next.clamp(LEAST_ERROR, f64::from(1 << VALUE_BITS));
-        if (!missed && off.abs() < OFF) || (next / point.error).ln().abs() < 0.1 {
+        if (next / point.error).ln().abs() < 0.05 {
             break;
         }
         point.error = next;
