@@ -9,6 +9,7 @@ use crate::books::Book;
 use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::VOXELS;
 use crate::payload::{fixed_frame, fixed_words, mean_width};
+use crate::plan::FEW;
 use crate::settings::Target;
 use crate::table::{Partition, Table};
 use crate::train::Trainer;
@@ -17,8 +18,10 @@ use crate::train::Trainer;
 const MEASURED: [u32; 6] = [1, 2, 3, 5, 7, 9];
 /// Blocks on which they are measured.
 const OVERVIEW: u64 = 12288;
-/// Widths of a code that a stream may have beside none.
-const WIDTHS: std::ops::RangeInclusive<u32> = 1..=16;
+/// Bits of a code at least, beside none, where blocks are not few.
+const NARROWEST: u32 = 4;
+/// Bits of a code at most.
+const WIDEST: u32 = 16;
 /// How many budgets are tried for a PSNR.
 const SEARCH: usize = 12;
 /// How often the widths are chosen anew.
@@ -34,8 +37,8 @@ struct Plan {
     mean_square: f64,
     /// Largest less smallest mean, in units of sums.
     mean_span: f64,
-    /// Most bits of a code that there are blocks for.
-    widest: u32,
+    /// Bits of a code that there are blocks for.
+    widths: std::ops::RangeInclusive<u32>,
 }
 
 /// Widths, and the error (root mean square, in units of sums) that they are expected to leave.
@@ -50,11 +53,14 @@ impl Plan {
         let domains: Vec<_> = work.domains().cloned().collect();
         let seed = work.options.seed;
         let sample = Sample::draw(work.source, &domains, work.quantiser, OVERVIEW, seed, work.run)?;
-        let trainer = Trainer::new(&sample, work.training(true));
+        let mut trainer = Trainer::new(&sample, work.training(true));
+        trainer.copies = work.tables();
         // What 38 dB leave, to begin with.
         let expected = 0.0126 * work.span / work.unit();
         let most = (sample.len() / 3).max(1).ilog2();
-        let measured: Vec<u32> = MEASURED.into_iter().filter(|w| *w <= most).collect();
+        let narrowest = if work.blocks() / work.tables() > FEW { NARROWEST } else { 1 };
+        let measured: Vec<u32> =
+            MEASURED.into_iter().filter(|w| (narrowest.min(3)..=most).contains(w)).collect();
         let threshold = work.threshold(expected);
         let (curves, mean_square) =
             trainer.curves(&measured, work.mean_shift(expected), threshold, work.run)?;
@@ -64,8 +70,8 @@ impl Plan {
             means.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| (low.min(m), high.max(m)));
         // Sub-volumes are trained one by one: none has codewords for more blocks than the smallest has.
         let fewest = domains.iter().map(Domain::blocks).min().unwrap_or(1);
-        let widest = fewest.max(1).ilog2().clamp(1, *WIDTHS.end());
-        Ok(Self { curves, measured, mean_square, mean_span: high - low, widest })
+        let widths = narrowest..=fewest.max(1).ilog2().clamp(1, WIDEST);
+        Ok(Self { curves, measured, mean_square, mean_span: high - low, widths })
     }
 
     /// The logarithm of the part that a code of `width` bits leaves, between and beyond what was measured.
@@ -99,7 +105,7 @@ impl Plan {
             let books = if width == 0 { 0.0 } else { book_bits * f64::from(1_u32 << width) };
             Choice { bits: work.blocks() * f64::from(width) + books, left: self.left(partition, width) }
         };
-        let widths: Vec<u32> = std::iter::once(0).chain(WIDTHS.filter(|w| *w <= self.widest)).collect();
+        let widths: Vec<u32> = std::iter::once(0).chain(self.widths.clone()).collect();
         let curves: Vec<Vec<Choice>> =
             (0..3).map(|p| widths.iter().map(|w| choice(p, *w)).collect()).collect();
         let mut found = Widths { codes: [0; 3], expected: self.expected([0; 3]) };

@@ -20,7 +20,7 @@ pub const LEAST_ERROR: f64 = 0.5;
 const MANY: f64 = 65536.0;
 /// Blocks of a table that are not many, and such as are few.
 pub const SOME: f64 = 16384.0;
-const FEW: f64 = 4096.0;
+pub const FEW: f64 = 4096.0;
 /// Errors, or bits, that differ by no more than this factor are about the same.
 const ABOUT_AS_GOOD: f64 = 1.03;
 /// Trials of one width.
@@ -48,6 +48,12 @@ impl Point {
     /// Squared error that a bit is worth, in units of sums.
     pub fn price(self) -> f64 {
         PRICE * self.error * self.error
+    }
+
+    /// The error that suits the step of means. A step `s` adds `64 s² / 12` to the error of a block, and one twice as long takes
+    /// a bit less: that pays up to 0.59 of the error at which a bit does.
+    pub fn of_means(self) -> f64 {
+        1.45 * self.error
     }
 
     /// By how much a bit turns out to be worth more than was assumed: the logarithm of the ratio of the errors at which it
@@ -79,7 +85,7 @@ impl Overview<'_, '_> {
     /// What codebooks for a point lead to where the aim is met as well as they can; prices and errors in units of sums.
     fn trial(&self, point: Point) -> Result<Settled, EncodeError> {
         let work = self.work;
-        let shift = work.mean_shift(point.error);
+        let shift = work.mean_shift(point.of_means());
         let threshold = work.threshold(point.error);
         let outcome =
             self.trainer.variable(point.width, point.price(), (shift, threshold), true, work.run)?;
@@ -225,11 +231,11 @@ pub fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
     if work.options.index_bits > 0 {
         return Ok(overview.find(Point { width: work.options.index_bits, error })?.0);
     }
-    // Widths that there are blocks for, and bits for two codebooks; the widest take too long on many blocks, and do not
+    // Widths that there are blocks for, and bits for a codebook; the widest take too long on many blocks, and do not
     // pay there.
     let blocks = work.blocks() / work.tables();
     let codeword = VOXELS as f64 * f64::from(work.options.entry_bits) * work.tables();
-    let payable = (aim.most_bits() / (2.0 * codeword)).max(2.0).log2() as u32;
+    let payable = (aim.most_bits() / codeword).max(2.0).log2() as u32;
     let widest = ((blocks / 4.0).max(8.0).log2() as u32).min(if blocks > MANY { 8 } else { 12 }).min(payable);
     let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6).min(widest);
     let begun = overview.find(Point { width: first, error })?;

@@ -7,6 +7,7 @@ use crate::blocks::Sample;
 use crate::books::{Book, Population, Recipe};
 use crate::classify::{CLASSES, WHOLE, class_of, energies, keeps, projected, zones_of};
 use crate::geometry::{TOP, VOXELS};
+use crate::plan::FEW;
 use crate::table::Partition;
 use crate::transform::{Basis, Transform, ZONES};
 
@@ -79,6 +80,11 @@ impl<'a> Trainer<'a> {
             if self.training.classification { class_of(energies, threshold) } else { WHOLE }
         };
         self.energies.iter().map(class).collect()
+    }
+
+    /// Whether the blocks are all that their one table will ever serve.
+    fn has_all(&self) -> bool {
+        self.sample.scale <= 1.0 && self.copies <= 1.0
     }
 
     /// Blocks less their means.
@@ -179,7 +185,7 @@ impl<'a> Trainer<'a> {
     }
 
     /// The natural logarithm of the part of the error that is left after a partition's codebook of each of some widths,
-    /// each partition after those before it, measured on blocks that did not train it; and the mean square before all.
+    /// each partition after those before it, measured on blocks that did not train it, or on all where these are few; and the mean square before all.
     ///
     /// # Errors
     /// When `run` was cancelled.
@@ -192,7 +198,9 @@ impl<'a> Trainer<'a> {
     ) -> Result<([Vec<f64>; 3], f64), Cancelled> {
         let classes = self.classes(threshold);
         let mut state = self.begin(mean_shift);
-        let (train, test): (Vec<usize>, Vec<usize>) = (0..self.sample.len()).partition(|i| i % 3 != 2);
+        let held_out = !(self.has_all() && self.sample.len() as f64 <= FEW);
+        let (train, test): (Vec<usize>, Vec<usize>) =
+            (0..self.sample.len()).partition(|i| !held_out || i % 3 != 2);
         let test = if test.is_empty() { train.clone() } else { test };
         let total = |state: &State| test.iter().map(|i| state.errors[*i]).sum::<f64>();
         let mean_square = total(&state) / (test.len() * VOXELS) as f64;
@@ -211,7 +219,7 @@ impl<'a> Trainer<'a> {
                 let mut next = state.clone();
                 Self::subtract(&mut next, &book, &test);
                 curve.push((total(&next) / before).max(1e-9).ln());
-                if *width == 7 || after.is_none() {
+                if *width <= 7 || after.is_none() {
                     after = Some(book);
                 }
             }
@@ -241,8 +249,7 @@ impl<'a> Trainer<'a> {
         let classes = self.classes(threshold);
         let mut state = self.begin(mean_shift);
         let code_price = price * f64::from(width);
-        let all = self.sample.scale <= 1.0 && self.copies <= 1.0;
-        let held_out = measured && !all && self.sample.len() >= 6;
+        let held_out = measured && !self.has_all() && self.sample.len() >= 6;
         let counts = |i: usize| !held_out || i % 3 == 2;
         let scale = self.sample.scale * if held_out { 3.0 } else { 1.0 };
         let weighted = |state: &State, i: usize| state.errors[i] * self.sample.weights[i];

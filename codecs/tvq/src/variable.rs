@@ -92,7 +92,7 @@ fn width(coded: &Coded) -> f64 {
 
 fn code(work: &Work<'_>, point: Point) -> Result<Sets, EncodeError> {
     let training = work.training(false);
-    let mean_shift = work.mean_shift(point.error);
+    let mean_shift = work.mean_shift(point.of_means());
     let threshold = work.threshold(point.error);
     // Half of what a code costs, lest a somewhat lower price finds blocks without codes.
     let enough = 0.5 * point.price() * work.unit().powi(2) * f64::from(point.width);
