@@ -37,14 +37,14 @@ struct Plan {
     mean_square: f64,
     /// Largest less smallest mean, in units of sums.
     mean_span: f64,
-    /// Bits of a code that there are blocks for.
-    widths: std::ops::RangeInclusive<u32>,
+    /// Codewords that a codebook may have; one is none.
+    sizes: Vec<usize>,
 }
 
-/// Widths, and the error (root mean square, in units of sums) that they are expected to leave.
+/// Codewords of each partition, and the error (root mean square, in units of sums) that they are expected to leave.
 #[derive(Copy, Clone, Debug, PartialEq)]
-struct Widths {
-    codes: [u32; 3],
+struct Sizes {
+    codewords: [usize; 3],
     expected: f64,
 }
 
@@ -71,15 +71,18 @@ impl Plan {
         // Sub-volumes are trained one by one: none has codewords for more blocks than the smallest has.
         let fewest = domains.iter().map(Domain::blocks).min().unwrap_or(1);
         let widths = narrowest..=fewest.max(1).ilog2().clamp(1, WIDEST);
-        Ok(Self { curves, measured, mean_square, mean_span: high - low, widths })
+        // Three quarters of a power of two between: few codewords cost more than the bit that few blocks' codes do not need.
+        let between = |w: u32| (narrowest == 1 && w > 1).then(|| 3 << (w - 2));
+        let sizes = std::iter::once(1).chain(widths.flat_map(|w| between(w).into_iter().chain([1 << w])));
+        Ok(Self { curves, measured, mean_square, mean_span: high - low, sizes: sizes.collect() })
     }
 
-    /// The logarithm of the part that a code of `width` bits leaves, between and beyond what was measured.
-    fn left(&self, partition: usize, width: u32) -> f64 {
+    /// The logarithm of the part that one of so many codewords leaves, between and beyond what was measured.
+    fn left(&self, partition: usize, codewords: usize) -> f64 {
         let points: Vec<(f64, f64)> = std::iter::once((0.0, 0.0))
             .chain(self.measured.iter().map(|w| f64::from(*w)).zip(self.curves[partition].iter().copied()))
             .collect();
-        let width = f64::from(width);
+        let width = (codewords as f64).log2();
         let after = points.iter().position(|p| p.0 >= width).unwrap_or(points.len() - 1).max(1);
         let (Some(a), Some(b)) = (points.get(after - 1), points.get(after)) else { return 0.0 };
         a.1 + (b.1 - a.1) * (width - a.0) / (b.0 - a.0)
@@ -89,31 +92,31 @@ impl Plan {
         (self.mean_span / f64::from(1_u32 << shift) + 2.0).log2().ceil().max(1.0)
     }
 
-    fn expected(&self, codes: [u32; 3]) -> f64 {
-        let left: f64 = codes.into_iter().enumerate().map(|(p, w)| self.left(p, w)).sum();
+    fn expected(&self, codewords: [usize; 3]) -> f64 {
+        let left: f64 = codewords.into_iter().enumerate().map(|(p, n)| self.left(p, n)).sum();
         (self.mean_square * left.exp()).sqrt().max(0.5)
     }
 
-    /// Widths within `budget` for all codes and codebooks, and with `with_means` the means.
-    fn widths(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Widths {
+    /// Codewords within `budget` for all codes and codebooks, and with `with_means` the means.
+    fn sizes(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Sizes {
         if work.options.index_bits > 0 {
-            let codes = [work.options.index_bits; 3];
-            return Widths { codes, expected: self.expected(codes) };
+            let codewords = [1 << work.options.index_bits; 3];
+            return Sizes { codewords, expected: self.expected(codewords) };
         }
         let book_bits = (VOXELS as u32 * work.options.entry_bits) as f64 * work.tables();
-        let choice = |partition: usize, width: u32| {
-            let books = if width == 0 { 0.0 } else { book_bits * f64::from(1_u32 << width) };
-            Choice { bits: work.blocks() * f64::from(width) + books, left: self.left(partition, width) }
+        let choice = |partition: usize, codewords: usize| {
+            let width = f64::from(codewords.next_power_of_two().trailing_zeros());
+            let books = if codewords == 1 { 0.0 } else { book_bits * codewords as f64 };
+            Choice { bits: work.blocks() * width + books, left: self.left(partition, codewords) }
         };
-        let widths: Vec<u32> = std::iter::once(0).chain(self.widths.clone()).collect();
         let curves: Vec<Vec<Choice>> =
-            (0..3).map(|p| widths.iter().map(|w| choice(p, *w)).collect()).collect();
-        let mut found = Widths { codes: [0; 3], expected: self.expected([0; 3]) };
+            (0..3).map(|p| self.sizes.iter().map(|n| choice(p, *n)).collect()).collect();
+        let mut found = Sizes { codewords: [1; 3], expected: self.expected([1; 3]) };
         for _ in 0..3 {
             let means = if with_means { self.mean_bits(work.mean_shift(found.expected)) } else { 0.0 };
             let chosen = allocate(&curves, budget - means * work.blocks());
-            let codes = [0, 1, 2].map(|p| widths[chosen[p]]);
-            found = Widths { codes, expected: self.expected(codes) };
+            let codewords = [0, 1, 2].map(|p| self.sizes[chosen[p]]);
+            found = Sizes { codewords, expected: self.expected(codewords) };
         }
         found
     }
@@ -128,20 +131,20 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
     match work.options.target {
         Target::Codes => {
             let [codes, _, books] = work.default_bits();
-            code(work, plan.widths(work, codes + books, false))
+            code(work, plan.sizes(work, codes + books, false))
         }
         Target::Rate(rate) => {
             let most = rate * work.samples() - work.overhead(3);
             let mut budget = most;
             for _ in 1..TRIES {
-                let coded = code(work, plan.widths(work, budget, true))?;
+                let coded = code(work, plan.sizes(work, budget, true))?;
                 let excess = bits(work, &coded) - most;
                 if excess <= 0.0 || budget < 0.0 || work.options.index_bits > 0 {
                     return Ok(coded);
                 }
                 budget -= excess * 1.01 + 8.0 * work.blocks() / 64.0;
             }
-            code(work, plan.widths(work, budget, true))
+            code(work, plan.sizes(work, budget, true))
         }
         Target::Psnr(psnr) | Target::Both { psnr, .. } => least(work, &plan, psnr),
     }
@@ -151,7 +154,7 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
 fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Sets, EncodeError> {
     let error = work.error_of(psnr);
     let wanted = (error / work.samples()).sqrt() / work.unit();
-    let at = |budget: f64| plan.widths(work, budget, true);
+    let at = |budget: f64| plan.sizes(work, budget, true);
     let most = at(f64::INFINITY);
     // Means of one bit, to begin with.
     let mut budget = work.blocks();
@@ -200,9 +203,9 @@ pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>]) -> f64 {
     coded.iter().flatten().map(of_table).sum()
 }
 
-fn code(work: &Work<'_>, widths: Widths) -> Result<Sets, EncodeError> {
+fn code(work: &Work<'_>, sizes: Sizes) -> Result<Sets, EncodeError> {
     let training = work.training(false);
-    let (mean_shift, threshold) = (work.mean_shift(widths.expected), work.threshold(widths.expected));
+    let (mean_shift, threshold) = (work.mean_shift(sizes.expected), work.threshold(sizes.expected));
     let mut seed = work.options.seed;
     let mut sets = Vec::new();
     for set in &work.sets {
@@ -213,7 +216,7 @@ fn code(work: &Work<'_>, widths: Widths) -> Result<Sets, EncodeError> {
             let sample = Sample::draw(work.source, domains, work.quantiser, count, seed, work.run)?;
             seed = seed.wrapping_add(1);
             let books =
-                Trainer::new(&sample, training).fixed(widths.codes, mean_shift, threshold, work.run)?;
+                Trainer::new(&sample, training).fixed(sizes.codewords, mean_shift, threshold, work.run)?;
             drop(sample);
             let planes = work.coder(&books, mean_shift, 0.0).code(work.source, domain, work.run)?;
             coded.push(Coded { books, mean_shift, planes });

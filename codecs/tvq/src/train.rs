@@ -138,13 +138,13 @@ impl<'a> Trainer<'a> {
         }
     }
 
-    /// One codebook of each partition, of 2^width codewords at most.
+    /// One codebook of each partition, of so many codewords at most.
     ///
     /// # Errors
     /// When `run` was cancelled.
     pub fn fixed(
         &self,
-        widths: [u32; 3],
+        sizes: [usize; 3],
         mean_shift: u32,
         threshold: f64,
         run: &Progress<'_>,
@@ -153,8 +153,8 @@ impl<'a> Trainer<'a> {
         let mut state = self.begin(mean_shift);
         let all: Vec<usize> = (0..self.sample.len()).collect();
         let mut books = Vec::new();
-        for (partition, width) in Partition::ALL.into_iter().zip(widths) {
-            let book = self.partition(&state, &classes, partition, width, run)?;
+        for (partition, size) in Partition::ALL.into_iter().zip(sizes) {
+            let book = self.partition(&state, &classes, partition, size, run)?;
             Self::subtract(&mut state, &book, &all);
             books.push(book);
         }
@@ -173,7 +173,7 @@ impl<'a> Trainer<'a> {
         state: &State,
         classes: &[u8],
         partition: Partition,
-        width: u32,
+        size: usize,
         run: &Progress<'_>,
     ) -> Result<Book, Cancelled> {
         let mut members: Vec<usize> =
@@ -181,7 +181,7 @@ impl<'a> Trainer<'a> {
         if members.is_empty() {
             members = (0..classes.len()).collect();
         }
-        self.book(state, classes, (&members, partition), 1 << width, run)
+        self.book(state, classes, (&members, partition), size, run)
     }
 
     /// The natural logarithm of the part of the error that is left after a partition's codebook of each of some widths,
