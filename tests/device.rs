@@ -18,6 +18,7 @@ mod device {
     mod picture_relations;
     mod picture_twins;
     mod pictures;
+    mod ray_pieces;
     mod refusal;
     mod ring;
     mod runs;

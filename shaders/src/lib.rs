@@ -4,7 +4,7 @@
 //! bindings and puts a codec beside them. The functions that modules call of each other:
 //!
 //! ```text
-//! raycasting/raycasting.wgsl  → pixel_ray, crossing, next_sample, optical, opacity_over
+//! raycasting/raycasting.wgsl  → pixel_ray, crossing, next_sample, optical, opacity_over, walk_so_far, may_go_on, keep_walk
 //! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, drawn_now, may_show, optical, slice_opacity
 //! view/view.wgsl              → camera_ray, bounds_low, bounds_high
 //! optics/*.wgsl               → volume_sample, classify, height
@@ -121,6 +121,10 @@ templates! {
     SLICE_OPACITY_LERP = "slicing/opacity_lerp.wgsl";
     /// The raycaster.
     RAYCASTING = "raycasting/raycasting.wgsl";
+    /// Rays that are followed at once.
+    RAYS_AT_ONCE = "raycasting/at_once.wgsl";
+    /// Rays that are followed piece by piece.
+    RAYS_IN_PIECES = "raycasting/in_pieces.wgsl";
     /// Every voxel through `voxel_fetch`.
     DUMP = "dump/dump.wgsl";
     /// Every voxel through `voxel_cell`.

@@ -21,6 +21,9 @@ pub fn run() -> Result<ExitCode, BadInput> {
         let sites: Vec<&str> = info.offered().map(Site::name).collect();
         let cell = if info.fetch_cell { "; filter optimised-linear" } else { "" };
         say!("    sites: {}{cell}; stream version {}", sites.join(", "), info.stream_version);
+        if !info.methods.is_empty() {
+            say!("    curves of their own for: {}", info.methods.join(", "));
+        }
         settings(info.settings);
         say!("");
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use crate::compare::{csv, pair, read, text};
+use crate::compare::{csv, page, pair, read, text};
 use crate::exit::BadInput;
 use crate::experiment::results::write_whole;
 
@@ -17,6 +17,9 @@ pub struct Args {
     /// Write every cell and quantity in full precision.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Write a page to be read in a browser; it needs neither network nor scripts.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
     /// Noise of times that are taken once (encoding, decoding), in percent.
     #[arg(long, value_name = "PERCENT", default_value_t = 10.0)]
     noise: f64,
@@ -28,6 +31,7 @@ Examples:
   cvr compare laptop desktop server                     folders of three runs; each against the first
   cvr compare both                                      what `cvr merge` joined of two devices
   cvr compare before after --csv change.csv --noise 5
+  cvr compare before after --html change.html           the same as a page
 
 Cells are matched by what defines them (samples of the volume, codec, settings, scene, renderer, site, filter, stages,
 skipping), not by machine, version or the name of a volume. A change within the noise of both measurements is a tie. A
@@ -59,17 +63,26 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         )));
     }
     let once = args.noise / 100.0;
-    if let Some(path) = &args.csv {
+    for (path, option) in [(&args.csv, "--csv"), (&args.html, "--html")] {
+        let Some(path) = path else { continue };
         let same = |side: &crate::compare::Side| {
             path.canonicalize().is_ok_and(|path| side.file.canonicalize().is_ok_and(|file| file == path))
         };
         if sides.iter().any(same) {
             return Err(BadInput(format!(
-                "{}: is compared itself; name another file with --csv",
+                "{}: is compared itself; name another file with {option}",
                 path.display()
             )));
         }
+    }
+    if args.csv.is_some() && args.csv == args.html {
+        return Err(BadInput("--csv and --html name one file: name two".to_owned()));
+    }
+    if let Some(path) = &args.csv {
         write_whole(path, &csv(&sides, once)?)?;
+    }
+    if let Some(path) = &args.html {
+        write_whole(path, page(&sides, once)?.as_bytes())?;
     }
     say!("{}", text(&sides, once).trim_end());
     Ok(ExitCode::SUCCESS)

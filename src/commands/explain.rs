@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use comfy_table::{CellAlignment, Table, presets};
-use cvr_core::pipeline::{Capabilities, Experiment, Resolution, resolve};
+use cvr_core::codec::Site;
+use cvr_core::pipeline::{Capabilities, Cell, Experiment, Resolution, resolve};
 use cvr_core::volume::VolumeLayout;
 
 use super::config_file::ConfigFile;
@@ -143,15 +144,7 @@ fn print_cells(resolution: &Resolution) {
     let mut rows =
         table(&["cells", "volume", "codec", "settings", "scenes", "renderers", "sites", "filters"], &[0]);
     for group in resolution.cells.chunk_by(same_group) {
-        let names = |of: &dyn Fn(&cvr_core::pipeline::Cell) -> String| {
-            let mut names: Vec<String> = Vec::new();
-            for name in group.iter().map(of) {
-                if !names.contains(&name) {
-                    names.push(name);
-                }
-            }
-            names.join(" ")
-        };
+        let names = |of: &dyn Fn(&Cell) -> String| distinct(group.iter().map(of)).join(" ");
         rows.add_row(vec![
             group.len().to_string(),
             group[0].volume.clone(),
@@ -224,8 +217,58 @@ fn print_estimates(
         }
         Err(problem) => say!("  time    no estimate: {problem}"),
     }
+    print_host_textures(resolution, &mut trials, &target, layouts);
     say!("\n{}\n\n{}", folded("Memory.", memory::COUNTED), folded("Time.", time::COUNTED));
     Ok(())
+}
+
+/// What holds volumes at the site *host*: one line for each kind of texture, and below it which codecs, and of which
+/// volumes, have it.
+fn print_host_textures(
+    resolution: &Resolution,
+    trials: &mut Trials<'_>,
+    target: &Target,
+    layouts: &BTreeMap<String, VolumeLayout>,
+) {
+    let mut found: Vec<(String, &Cell)> = Vec::new();
+    for cell in resolution.cells.chunk_by(same_group).filter_map(|g| g.iter().find(|c| c.site == Site::Host))
+    {
+        let Some(layout) = layouts.get(&cell.volume) else { continue };
+        let texture = trials.of(&cell.codec, &cell.settings, layout).and_then(|t| t.host_texture(target));
+        found.push((texture.map_or_else(|problem| problem, |texture| texture.to_string()), cell));
+    }
+    if found.is_empty() {
+        return;
+    }
+    say!("\nsite host, on {}", target.name());
+    // Settings tell cells of one codec and volume apart where they have different textures.
+    let several = |of: &Cell| {
+        let same = |c: &Cell| c.volume == of.volume && c.codec_label() == of.codec_label();
+        distinct(found.iter().filter(|(_, c)| same(c)).map(|(texture, _)| texture.clone())).len() > 1
+    };
+    for texture in distinct(found.iter().map(|(texture, _)| texture.clone())) {
+        say!("  {texture}");
+        let name = |cell: &Cell| match several(cell) {
+            true => format!("{} {}", cell.codec_label(), cell.settings),
+            false => cell.codec_label(),
+        };
+        let own = || found.iter().filter(|(own, _)| *own == texture);
+        for codec in distinct(own().map(|(_, cell)| name(cell))) {
+            let volumes = own().filter(|(_, cell)| name(cell) == codec).map(|(_, cell)| cell.volume.clone());
+            say!("    {codec}: {}", distinct(volumes).join(", "));
+        }
+    }
+}
+
+/// Values in the order of their first appearance.
+fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
+    let mut seen: Vec<String> = Vec::new();
+    for value in values {
+        if !seen.contains(&value) {
+            seen.push(value);
+        }
+    }
+    seen
 }
 
 /// `16.0 MiB`.

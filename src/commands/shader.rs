@@ -17,6 +17,8 @@ use super::scene_args::SceneArgs;
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, is_container};
 use crate::exit::BadInput;
+use crate::experiment::host_texture::HostTexture;
+use crate::experiment::target::Target;
 use crate::experiment::volumes::LoadedVolume;
 use crate::input::{Generator, generate as generate_volume};
 use crate::registry::{Names, renderer};
@@ -53,8 +55,9 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Prints the generated shaders, at the sites *deferred* and *ring* the passes that decode and then the one that draws. No
-/// device is needed.
+/// Prints the generated shaders, at the sites *deferred* and *ring* the passes that decode and then the one that draws. At the
+/// site *host* it is the shader for the texture that this machine's device has, which the first line names; no device is
+/// needed.
 ///
 /// # Errors
 /// When arguments or file are unusable, or the shader cannot be made.
@@ -103,16 +106,21 @@ fn text(
     plan: &Plan,
 ) -> Result<String, BadInput> {
     let form = decoder.decoded_form();
-    let texture = Source::Texture { form, sampling: TextureSampling::Hardware, padded: None };
+    let decoded = Source::Texture { form, sampling: TextureSampling::Hardware, padded: None };
     let limits = BindingLimits::default();
-    let mut texts = Vec::new();
+    let (mut head, mut texts) = (String::new(), Vec::new());
     let key = (FrameIndex::FIRST, level);
     let source = match (args.site, decoder.shader()) {
-        (Site::Host, _) => texture,
+        (Site::Host, _) => {
+            let target = Target::open("auto")?;
+            let texture = HostTexture::of(&target, decoder, key)?;
+            head = format!("// Site host, on {}: {texture}.\n", target.name());
+            texture.source(decoder, key)
+        }
         (Site::Deferred, _) => {
             let shaders = DeferredShaders::generate(codec, decoder, key, form.format, limits)?;
             texts.extend(shaders.texts().map(str::to_owned));
-            texture
+            decoded
         }
         (Site::Ring, _) => {
             let [Pass::Layers(LayerPass { axis, .. })] = plan.passes[..] else {
@@ -141,5 +149,5 @@ fn text(
         })?;
         texts.push(shader.wgsl);
     }
-    Ok(texts.join("\n// ==== next pass\n\n"))
+    Ok(head + &texts.join("\n// ==== next pass\n\n"))
 }

@@ -28,6 +28,15 @@ pub struct Pairing<'a> {
     pub only_other: Vec<&'a Record>,
 }
 
+impl<'a> Pairing<'a> {
+    /// All cells, those of both runs as the first has them.
+    #[must_use]
+    pub fn records(&self) -> Vec<&'a Record> {
+        let matched = self.both.iter().chain(&self.failed).map(|m| m.first);
+        matched.chain(self.only_first.iter().chain(&self.only_other).copied()).collect()
+    }
+}
+
 /// Matches the cells of two runs. Where one run has several of one identity (a volume under two names), they are matched
 /// in their order.
 #[must_use]

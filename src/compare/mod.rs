@@ -5,6 +5,7 @@
 
 mod cells;
 mod identity;
+mod page;
 mod quantity;
 mod rows;
 mod side;
@@ -12,6 +13,7 @@ mod text;
 
 pub use cells::{Matched, Pairing, pair};
 pub use identity::Identity;
+pub use page::page;
 pub use quantity::{Compared, Kind, QUANTITIES, Quantity, Verdict};
 pub use rows::csv;
 pub use side::{Side, read};

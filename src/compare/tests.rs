@@ -182,3 +182,63 @@ fn what_holds_no_results_is_named() {
     assert!(read(&[empty]).unwrap_err().to_string().contains("no cell was run"));
     assert!(read(&[folder.path().join("missing.json")]).unwrap_err().to_string().contains("missing.json"));
 }
+
+#[test]
+fn methods_of_a_codec_are_told_apart() {
+    let cell = |payload: &str, rate: u32, seconds: f64| Record {
+        settings: format!("payload={payload} rate={rate} seed=1"),
+        series: format!("payload={payload}"),
+        encode_seconds: Some(seconds),
+        ..record("v", "tvq")
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, seconds: f64| {
+        let path = folder.path().join(name);
+        let records = [cell("fixed", 1, 1.0), cell("fixed", 2, 1.0), cell("variable", 1, seconds)];
+        write_json(&path, &Provenance::default(), &records, &[]).unwrap();
+        path
+    };
+    let text = text(&read(&[write("a.json", 1.0), write("b.json", 4.0)]).unwrap(), 0.1);
+    let line = |start: &str| {
+        let found = text.lines().find(|line| line.starts_with(start));
+        found.unwrap_or_else(|| panic!("{start}: {text}")).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(line("tvq payload=fixed "), "tvq payload=fixed 2 tie");
+    assert_eq!(line("tvq payload=variable "), "tvq payload=variable 1 4.000");
+    assert_eq!(line("v tvq payload=fixed rate=2 "), "v tvq payload=fixed rate=2 tie", "no shared setting");
+}
+
+#[test]
+fn the_page_tells_better_from_worse_and_text_stays_text() {
+    let evil = "<script>alert(1)</script>";
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, seconds: f64, psnr: f64, ms: f64| {
+        let path = folder.path().join(name);
+        let cell = |volume: &str| Record {
+            encode_seconds: Some(seconds),
+            psnr_db: Some(psnr),
+            scene: evil.into(),
+            ..Record { volume: volume.into(), ..timed(ms, 1.0) }
+        };
+        let failed = Record { status: Status::Failed, error: Some(evil.into()), ..cell("broken") };
+        write_json(&path, &Provenance::default(), &[cell("v"), failed, record(name, "vq")], &[]).unwrap();
+        path
+    };
+    let sides = read(&[write("a.json", 1.0, 40.0, 10.0), write("b.json", 0.5, 41.0, 10.5)]).unwrap();
+    let html = page(&sides, 0.1).unwrap();
+    let cells = |html: &str, class: &str| html.matches(&format!("<td class=\"n {class}\"")).count();
+    // Half the time and a decibel more are better, and the frame times tie: by codec, and cell by cell.
+    assert_eq!(["better", "worse", "tie"].map(|class| cells(&html, class)), [4, 0, 2], "{html}");
+    for told in [">0.500</td>", ">0.500<small>", ">+1.00</td>", ">tie</td>"] {
+        assert!(html.contains(told), "{told}: {html}");
+    }
+    let back = page(&[sides[1].clone(), sides[0].clone()], 0.1).unwrap();
+    assert_eq!(["better", "worse", "tie"].map(|class| cells(&back, class)), [0, 4, 2]);
+    assert!(!html.contains("<script") && html.contains("&lt;script&gt;"));
+    for foreign in ["http://", "https://", "url(", "<link", "<img"] {
+        assert!(!html.contains(foreign), "{foreign}");
+    }
+    for list in ["1 cell only in A", "1 cell only in B", "1 cell failed in one or both"] {
+        assert!(html.contains(list), "{list}");
+    }
+}

@@ -1,6 +1,5 @@
 //! The comparison as a person reads it at a terminal.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use comfy_table::{CellAlignment, Table, presets};
@@ -8,6 +7,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use super::cells::{Matched, Pairing, pair};
 use super::quantity::{Compared, Kind, QUANTITIES, Quantity, Verdict};
 use super::side::Side;
+use crate::experiment::labels::Labels;
 use crate::experiment::record::{Record, Status};
 
 /// All runs against the first.
@@ -31,7 +31,7 @@ pub fn text(sides: &[Side], once: f64) -> String {
 }
 
 /// What a run is called.
-fn letter(i: usize) -> String {
+pub(super) fn letter(i: usize) -> String {
     match u8::try_from(i) {
         Ok(i) if i < 26 => char::from(b'A' + i).to_string(),
         _ => format!("#{}", i + 1),
@@ -40,13 +40,7 @@ fn letter(i: usize) -> String {
 
 fn section(out: &mut String, pairing: &Pairing<'_>, [a, b]: [String; 2], once: f64) {
     let Pairing { both, failed, only_first, only_other } = pairing;
-    let all: Vec<&Record> = both
-        .iter()
-        .chain(failed)
-        .map(|m| m.first)
-        .chain(only_first.iter().chain(only_other).copied())
-        .collect();
-    let names = Naming::of(&all);
+    let names = Naming::of(&pairing.records());
     let _ = writeln!(out, "\n{b} against {a}: {} cells in both", both.len() + failed.len());
     if !both.is_empty() {
         if !names.shared.is_empty() {
@@ -58,9 +52,9 @@ fn section(out: &mut String, pairing: &Pairing<'_>, [a, b]: [String; 2], once: f
         let _ = writeln!(out, "{}", cells(both, &quantities, &names, once));
         let _ = writeln!(
             out,
-            "\nBy codec: geometric mean of {b} ÷ {a}, ×÷ its spread, and cells less·tie·more\n"
+            "\nBy codec and method: geometric mean of {b} ÷ {a}, ×÷ its spread, and cells less·tie·more\n"
         );
-        let _ = writeln!(out, "{}", codecs(both, &quantities, once));
+        let _ = writeln!(out, "{}", curves(both, &quantities, &names.labels, once));
         out.push('\n');
         for quantity in &quantities {
             let _ = writeln!(out, "{}", sentence(quantity, both, [&a, &b], once));
@@ -84,7 +78,7 @@ fn section(out: &mut String, pairing: &Pairing<'_>, [a, b]: [String; 2], once: f
     list(out, "failed in one or both, and not compared", failed.iter().map(why).collect());
 }
 
-fn compare(quantity: &Quantity, matched: &Matched<'_>, once: f64) -> Option<Compared> {
+pub(super) fn compare(quantity: &Quantity, matched: &Matched<'_>, once: f64) -> Option<Compared> {
     quantity.compare(matched.first, matched.other, once)
 }
 
@@ -99,15 +93,14 @@ fn list(out: &mut String, what: &str, lines: Vec<String>) {
 }
 
 /// Names of cells without what they all share, and without settings that all cells of their codec share.
-struct Naming {
+pub(super) struct Naming {
     varies: [bool; 9],
-    /// Per codec.
-    shared_settings: BTreeMap<String, BTreeSet<String>>,
+    labels: Labels,
     shared: String,
 }
 
 impl Naming {
-    fn of(records: &[&Record]) -> Self {
+    pub(super) fn of(records: &[&Record]) -> Self {
         let parts: Vec<[String; 9]> = records.iter().map(|r| parts(r)).collect();
         let varies = std::array::from_fn(|i| {
             // A name says at least what was coded, and by what.
@@ -115,23 +108,23 @@ impl Naming {
         });
         let first = parts.first().cloned().unwrap_or_default();
         let shared = first.into_iter().zip(varies).filter(|(part, varies)| !varies && !part.is_empty());
-        let mut shared_settings: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-        for r in records {
-            let own: BTreeSet<String> = r.settings.split_whitespace().map(str::to_owned).collect();
-            shared_settings
-                .entry(r.codec.clone())
-                .and_modify(|shared| shared.retain(|s| own.contains(s)))
-                .or_insert(own);
-        }
-        Self { varies, shared_settings, shared: shared.map(|(part, _)| part).collect::<Vec<_>>().join(", ") }
+        let labels = Labels::of(records.iter().copied());
+        Self { varies, labels, shared: shared.map(|(part, _)| part).collect::<Vec<_>>().join(", ") }
     }
 
-    fn name(&self, record: &Record) -> String {
-        let [volume, codec, settings, rest @ ..] = parts(record);
-        let shared = self.shared_settings.get(&codec);
-        let differs = |s: &&str| !shared.is_some_and(|shared| shared.contains(*s));
-        let settings: Vec<&str> = settings.split_whitespace().filter(differs).collect();
-        let mut name = format!("{volume} {codec} {}", settings.join(" ")).trim_end().to_owned();
+    /// What curves are called among these cells.
+    pub(super) const fn labels(&self) -> &Labels {
+        &self.labels
+    }
+
+    /// What all of these cells share.
+    pub(super) fn shared(&self) -> &str {
+        &self.shared
+    }
+
+    pub(super) fn name(&self, record: &Record) -> String {
+        let [volume, codec, _, rest @ ..] = parts(record);
+        let mut name = format!("{volume} {codec} {}", self.labels.settings(record)).trim_end().to_owned();
         for (part, _) in
             rest.into_iter().zip(&self.varies[3..]).filter(|(part, varies)| **varies && !part.is_empty())
         {
@@ -183,7 +176,7 @@ fn cells(both: &[Matched<'_>], quantities: &[&Quantity], names: &Naming, once: f
     lines(&table)
 }
 
-fn change(kind: Kind, value: f64) -> String {
+pub(super) fn change(kind: Kind, value: f64) -> String {
     match kind {
         Kind::Decibels => format!("{value:+.2}"),
         _ if value >= 100.0 => format!("{value:.0}"),
@@ -192,17 +185,17 @@ fn change(kind: Kind, value: f64) -> String {
 }
 
 /// Comparisons of one quantity, taken together.
-struct Together {
+pub(super) struct Together {
     cells: usize,
     /// Geometric mean of ratios, or mean of finite differences.
     mean: f64,
     /// Geometric standard deviation (1 and more), or standard deviation.
     spread: f64,
     /// Cells that are less, tie, more.
-    verdicts: [usize; 3],
+    pub(super) verdicts: [usize; 3],
 }
 
-fn together(quantity: &Quantity, both: &[&Matched<'_>], once: f64) -> Option<Together> {
+pub(super) fn together(quantity: &Quantity, both: &[&Matched<'_>], once: f64) -> Option<Together> {
     let all: Vec<Compared> = both.iter().filter_map(|m| compare(quantity, m, once)).collect();
     let ratio = quantity.kind != Kind::Decibels;
     let values = all.iter().map(|c| if ratio { c.change.ln() } else { c.change });
@@ -219,16 +212,26 @@ fn together(quantity: &Quantity, both: &[&Matched<'_>], once: f64) -> Option<Tog
     Some(Together { cells: all.len(), mean, spread, verdicts })
 }
 
-fn codecs(both: &[Matched<'_>], quantities: &[&Quantity], once: f64) -> String {
+/// Matched cells by series, in the order of the first of each.
+pub(super) fn by_series<'m, 'a>(
+    both: &'m [Matched<'a>],
+    labels: &Labels,
+) -> Vec<(String, Vec<&'m Matched<'a>>)> {
+    let mut all: Vec<(String, Vec<&Matched<'_>>)> = Vec::new();
+    for matched in both {
+        let series = labels.series(matched.first);
+        match all.iter_mut().find(|(name, _)| *name == series) {
+            Some((_, own)) => own.push(matched),
+            None => all.push((series, vec![matched])),
+        }
+    }
+    all
+}
+
+fn curves(both: &[Matched<'_>], quantities: &[&Quantity], labels: &Labels, once: f64) -> String {
     let header = ["codec".to_owned(), "cells".to_owned()];
     let mut table = table(header.into_iter().chain(quantities.iter().map(|q| q.name.to_owned())).collect());
-    let mut seen: Vec<&str> = Vec::new();
-    for codec in both.iter().map(|m| m.first.codec.as_str()) {
-        if seen.contains(&codec) {
-            continue;
-        }
-        seen.push(codec);
-        let own: Vec<&Matched<'_>> = both.iter().filter(|m| m.first.codec == codec).collect();
+    for (series, own) in by_series(both, labels) {
         let value = |q: &&Quantity| match together(q, &own, once) {
             None => "–".to_owned(),
             Some(Together { verdicts: [0, _, 0], .. }) => "tie".to_owned(),
@@ -237,13 +240,13 @@ fn codecs(both: &[Matched<'_>], quantities: &[&Quantity], once: f64) -> String {
                 format!("{}\n{less}·{tie}·{more}", mean(q.kind, &t))
             }
         };
-        let row = [codec.to_owned(), own.len().to_string()].into_iter().chain(quantities.iter().map(value));
+        let row = [series, own.len().to_string()].into_iter().chain(quantities.iter().map(value));
         table.add_row(row.collect::<Vec<_>>());
     }
     lines(&table)
 }
 
-fn mean(kind: Kind, t: &Together) -> String {
+pub(super) fn mean(kind: Kind, t: &Together) -> String {
     let value = change(kind, t.mean);
     match kind {
         _ if t.cells < 2 => value,
@@ -252,7 +255,7 @@ fn mean(kind: Kind, t: &Together) -> String {
     }
 }
 
-fn sentence(quantity: &Quantity, both: &[Matched<'_>], [a, b]: [&str; 2], once: f64) -> String {
+pub(super) fn sentence(quantity: &Quantity, both: &[Matched<'_>], [a, b]: [&str; 2], once: f64) -> String {
     let all: Vec<&Matched<'_>> = both.iter().collect();
     let Some(t) = together(quantity, &all, once) else { return String::new() };
     let (cells, [less, tie, more]) = (t.cells, t.verdicts);

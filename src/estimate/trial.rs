@@ -10,6 +10,7 @@ use cvr_core::volume::{
 };
 
 use crate::experiment::encoded::{Encoded, encode};
+use crate::experiment::host_texture::HostTexture;
 use crate::experiment::target::{Decoded, Target, VoxelSource};
 use crate::input::{Generator, generate};
 use crate::registry::{Names, renderer};
@@ -112,6 +113,15 @@ impl Trial {
             Some(Ok(blocks)) => (blocks.words.len() * 4) as f64 / decoder.layout().extent.voxels() as f64,
             _ => self.texel_bytes() as f64,
         }
+    }
+
+    /// What holds a frame at the site *host*, were `target` to draw.
+    ///
+    /// # Errors
+    /// A sentence, when the target has no texture for it.
+    pub fn host_texture(&self, target: &Target) -> Result<HostTexture, String> {
+        let key = (FrameIndex::FIRST, self.encoded.level);
+        HostTexture::of(target, self.encoded.decoder.as_ref(), key).map_err(|e| e.to_string())
     }
 
     /// Bytes for each voxel of the buffers from which a shader decodes; 0 of a codec that has none.

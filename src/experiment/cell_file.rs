@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::files::{IMAGES, of_cell};
 use super::record::{Record, Status};
 use super::results::{ResultsError, write_whole};
+use super::series;
 
 /// Folder of the single records, below the report's.
 pub const CELLS: &str = "cells";
@@ -28,6 +29,9 @@ pub trait Keyed: Serialize + DeserializeOwned {
         Vec::new()
     }
 
+    /// Enters what versions that wrote it before did not know.
+    fn restore(&mut self) {}
+
     /// Calls with each figure that may be infinite, for which JSON has no number.
     fn each_unbounded(&mut self, _each: &mut dyn FnMut(&'static str, &mut Option<f64>)) {}
 }
@@ -39,6 +43,10 @@ impl Keyed for Record {
 
     fn files(&self) -> Vec<String> {
         of_cell(self)
+    }
+
+    fn restore(&mut self) {
+        series::restore(self);
     }
 
     fn each_unbounded(&mut self, each: &mut dyn FnMut(&'static str, &mut Option<f64>)) {
@@ -100,6 +108,7 @@ impl<R: Keyed> CellFile<R> {
     pub fn read(path: &Path) -> Option<Self> {
         let mut file: Self = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
         let Self { record, not_finite, .. } = &mut file;
+        record.restore();
         let mut whole = true;
         record.each_unbounded(&mut |name, value| {
             if let Some(text) = not_finite.get(name) {

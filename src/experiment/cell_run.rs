@@ -12,9 +12,16 @@ use super::stage::Stage;
 use super::target::Target;
 use super::{error_histogram, frame_figures, pool, surfaces};
 
-/// A record with all that is known of a cell before it runs; it says *failed* until it has run.
+/// A record with all that is known of a cell before it runs, `series` as the codec has it; it says *failed* until it has
+/// run.
 #[must_use]
-pub fn empty_record(cell: &Cell, frames: FrameRange, volume: &FiniteVolume, target: &Target) -> Record {
+pub fn empty_record(
+    cell: &Cell,
+    series: String,
+    frames: FrameRange,
+    volume: &FiniteVolume,
+    target: &Target,
+) -> Record {
     let layout = volume.layout();
     let mut record = Record {
         volume: cell.volume.clone(),
@@ -33,6 +40,7 @@ pub fn empty_record(cell: &Cell, frames: FrameRange, volume: &FiniteVolume, targ
         first_frame: frames.first,
         last_frame: frames.last,
         replaced_samples: volume.replaced().total(),
+        series,
         ..Record::default()
     };
     let rounded = volume.replaced().rounded;

@@ -102,6 +102,7 @@ impl FrameRun<'_> {
         if let Some(unskipped) = &unskipped {
             skipping::time_gain(record, || draw(&picture), || draw(unskipped))?;
         }
+        record.flag_ray_pieces(picture.ray_pieces(), baseline.ray_pieces());
         record.flag_noise();
         Ok(errors)
     }

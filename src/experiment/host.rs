@@ -46,6 +46,12 @@ impl SharedUpload {
             if !parity.holds() {
                 return Err(format!("what the texture unit decodes is not what the CPU decodes: {parity}"));
             }
+            if parity.largest > 0.0 {
+                let off = parity.largest;
+                record.remark(&format!(
+                    "the texture unit decodes up to {off:.4} beside the definition of its format"
+                ));
+            }
         }
         Ok(self.volume.clone())
     }

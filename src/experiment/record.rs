@@ -1,6 +1,6 @@
 //! One record per cell: the names are public and meant to last.
 
-use cvr_engine::TextureFallback;
+use cvr_engine::{RayPieces, TextureFallback};
 use serde::{Deserialize, Serialize};
 
 /// How a cell ended.
@@ -14,7 +14,7 @@ pub enum Status {
     Failed,
 }
 
-/// Writes [`Record`]; the figures that are listed stand behind all other columns.
+/// Writes [`Record`]; the figures that are listed stand behind all other columns but `series`, which came after them.
 macro_rules! record {
     ($($figure:ident)*) => {
         /// The result of one cell. `None` = not measured or not defined; in CSV an empty field. PSNR of identical data is
@@ -153,6 +153,10 @@ macro_rules! record {
                 #[serde(default)]
                 pub $figure: Option<f64>,
             )*
+            /// The settings that make another method of the codec and not another rate of the same, `name=value` separated by
+            /// spaces, as the codec lists them: cells that agree in codec and series lie on one curve.
+            #[serde(default)]
+            pub series: String,
         }
 
         impl Record {
@@ -204,6 +208,17 @@ impl Record {
     /// Remarks on what stands in for texture formats and filters that a device lacks, in the cell's own texture and
     /// in that of the baseline.
     pub fn flag_fallbacks(&mut self, own: Option<TextureFallback>, baseline: Option<TextureFallback>) {
+        if let Some(own) = own {
+            self.remark(&own.to_string());
+        }
+        if let Some(baseline) = baseline {
+            self.remark(&format!("baseline of the frame time: {baseline}"));
+        }
+    }
+
+    /// Remarks on rays that a device could not walk at once, in the cell and in the baseline: their frame times are those of
+    /// all pieces.
+    pub fn flag_ray_pieces(&mut self, own: Option<RayPieces>, baseline: Option<RayPieces>) {
         if let Some(own) = own {
             self.remark(&own.to_string());
         }
@@ -272,6 +287,12 @@ mod tests {
         record.flag_fallbacks(Some(fallback), Some(fallback));
         let expected = "single-precision textures cannot be filtered: the shader filters; baseline of the frame time: \
                         single-precision textures cannot be filtered: the shader filters";
+        assert_eq!(record.notes.as_deref(), Some(expected));
+        let mut record = Record::default();
+        record.flag_ray_pieces(None, None);
+        assert_eq!(record.notes, None);
+        record.flag_ray_pieces(Some(RayPieces { samples: 64, pieces: 4 }), None);
+        let expected = "rays walked in 4 pieces of 64 samples: this device ends loops that take longer";
         assert_eq!(record.notes.as_deref(), Some(expected));
         let mut record = Record::default();
         record.flag_blending(false);

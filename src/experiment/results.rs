@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::provenance::{Provenance, RefusedCell};
 use super::record::Record;
+use super::series;
 
 /// Why a file of results could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -33,7 +34,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads a `results.json`. PSNR that is `null` beside a maximum error of 0, or an SSIM of 1, is infinite again.
+    /// Reads a `results.json`. Records of versions that had no series get it. PSNR that is `null` beside a maximum error of 0, or an SSIM of 1, is infinite again.
     ///
     /// # Errors
     /// When the file cannot be read or is none.
@@ -41,6 +42,7 @@ impl Results {
         let bytes = std::fs::read(path).map_err(|e| fail(path, e))?;
         let mut results: Self = serde_json::from_slice(&bytes).map_err(|e| fail(path, e))?;
         results.records.iter_mut().for_each(restore_infinities);
+        results.records.iter_mut().for_each(series::restore);
         Ok(results)
     }
 }
@@ -192,7 +194,7 @@ pub(crate) mod tests {
         assert!(
             header.contains(
                 ",psnr_blue_db,first_frame,last_frame,frame_figures,error_histogram,mean_abs_error,"
-            ) && header.ends_with(",codec_image_ms_ssim,codec_image_flip\n")
+            ) && header.ends_with(",codec_image_ms_ssim,codec_image_flip,series\n")
                 && header.lines().count() == 1
         );
         assert!(to_csv(&[record("v", "raw")]).unwrap().starts_with(&header));

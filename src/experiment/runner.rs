@@ -157,7 +157,7 @@ impl<'a> Run<'a> {
         ledger: &mut Ledger<'_>,
     ) -> Result<(), RunError> {
         for Numbered { index, cell } in cells {
-            let record = empty_record(cell, self.frames(cell), &volume.volume, target);
+            let record = self.empty_record(cell, volume, target);
             let key = self.keys().of(cell, volume, target);
             ledger.finish(*index, cell, record, key, Err(problem.to_owned()))?;
         }
@@ -171,6 +171,13 @@ impl<'a> Run<'a> {
 
     pub(super) const fn keys(&self) -> Keys<'a> {
         Keys { experiment: self.experiment, names: self.names }
+    }
+
+    /// A record with all that is known of a cell before it runs.
+    pub(super) fn empty_record(&self, cell: &Cell, volume: &LoadedVolume, target: &Target) -> Record {
+        let codec = self.names.codecs().get(&cell.codec);
+        let series = codec.map(|codec| codec.info().series(&cell.settings)).unwrap_or_default();
+        empty_record(cell, series, self.frames(cell), &volume.volume, target)
     }
 
     /// The frames that the scene of a cell draws.

@@ -11,8 +11,8 @@ use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::FrameTime;
 use cvr_engine::{
-    BlockFallback, Device, DeviceChoice, DrawSource, Drawing, EngineError, TextureFallback, VolumeTexture,
-    process_cpu_time,
+    BlockFallback, Device, DeviceChoice, DrawSource, Drawing, EngineError, RayPieces, TextureFallback,
+    VolumeTexture, process_cpu_time,
 };
 
 use super::deferred::DeferredVolume;
@@ -362,6 +362,15 @@ impl Picture<'_> {
     #[must_use]
     pub const fn fallback(&self) -> Option<TextureFallback> {
         self.fallback
+    }
+
+    /// The pieces in which the device walks rays; `None` where it walks them at once, or has not drawn yet.
+    #[must_use]
+    pub fn ray_pieces(&self) -> Option<RayPieces> {
+        match &self.kind {
+            Kind::Device(drawing) => drawing.ray_pieces(),
+            Kind::Mirror { .. } => None,
+        }
     }
 
     /// Whether slices are summed in half precision although single was asked for.

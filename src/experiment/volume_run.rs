@@ -8,7 +8,7 @@ use cvr_core::pipeline::Cell;
 use cvr_core::render::Renderer;
 use cvr_core::volume::Level;
 
-use super::cell_run::{self, empty_record, record_encoding};
+use super::cell_run::{self, record_encoding};
 use super::encoded::{Encoded, encode};
 use super::frame_run::FrameRun;
 use super::ledger::Ledger;
@@ -171,8 +171,7 @@ impl<'a> VolumeRun<'a> {
                 break;
             }
             (self.run.report)(ledger.done(), &cell.id());
-            let frames = self.run.frames(cell);
-            let mut record = empty_record(cell, frames, &self.volume.volume, self.target);
+            let mut record = self.run.empty_record(cell, self.volume, self.target);
             let stage = stages.get_mut(&(cell.scene.as_str(), cell.renderer.as_str()));
             let result = match (&shared, stage) {
                 (Ok(shared), Some(Ok(stage))) => {

@@ -1,4 +1,4 @@
-//! Bjøntegaard's differences of every pair of codecs, per volume and over all: as the page's tables, and as a file.
+//! Bjøntegaard's differences of every pair of curves, per volume and over all: as the page's tables, and as a file.
 
 use minijinja::{Value, context};
 
@@ -7,6 +7,7 @@ use super::cells::{View, distinct, views, volumes};
 use super::charts::Sheet;
 use super::curves::{Measure, Named, of_view, of_volume};
 use super::number::fixed;
+use crate::experiment::labels::Labels;
 use crate::experiment::record::Record;
 
 /// What curves may be compared within.
@@ -20,11 +21,11 @@ struct Scope {
     curves: Vec<Named>,
 }
 
-/// One codec against another within a scope.
+/// One series against another within a scope.
 #[derive(Clone, Debug, PartialEq)]
 struct Difference {
     anchor: String,
-    codec: String,
+    series: String,
     /// Points of both curves, that of the anchor first.
     points: [usize; 2],
     /// Mean of log10 of the ratio of rates.
@@ -34,11 +35,11 @@ struct Difference {
 
 const PICTURE: &str = "picture";
 
-fn scopes(records: &[Record]) -> Vec<Scope> {
+fn scopes(records: &[Record], labels: &Labels) -> Vec<Scope> {
     let mut scopes = Vec::new();
     for volume in volumes(records) {
         for measure in Measure::ALL {
-            let curves = of_volume(records, &volume, measure);
+            let curves = of_volume(records, labels, &volume, measure);
             scopes.push(Scope {
                 volume: volume.clone(),
                 view: String::new(),
@@ -47,7 +48,7 @@ fn scopes(records: &[Record]) -> Vec<Scope> {
             });
         }
         for view in views(records).into_iter().filter(|v| v.volume == volume) {
-            let curves = of_view(records, &view);
+            let curves = of_view(records, labels, &view);
             scopes.push(Scope { volume: volume.clone(), view: View::name(&view), measure: PICTURE, curves });
         }
     }
@@ -55,19 +56,19 @@ fn scopes(records: &[Record]) -> Vec<Scope> {
     scopes
 }
 
-/// Codecs that have a full curve somewhere; the first is the one that others are compared with unless the reader chooses.
+/// Series that have a full curve somewhere; the first is the one that others are compared with unless the reader chooses.
 fn anchors(scopes: &[Scope]) -> Vec<String> {
     let full = |named: &&Named| named.1.points() >= LEAST_POINTS;
     distinct(scopes.iter().flat_map(|s| s.curves.iter().filter(full).map(|named| named.0.clone())))
 }
 
-/// All codecs against one, where that one has a full curve.
+/// All series against one, where that one has a full curve.
 fn against(scope: &Scope, anchor: &str) -> Vec<Difference> {
     let own = scope.curves.iter().find(|named| named.0 == anchor);
     let Some((_, own)) = own.filter(|named| named.1.points() >= LEAST_POINTS) else { return Vec::new() };
-    let difference = |(codec, curve): &(String, Curve)| Difference {
+    let difference = |(series, curve): &(String, Curve)| Difference {
         anchor: anchor.to_owned(),
-        codec: codec.clone(),
+        series: series.clone(),
         points: [own.points(), curve.points()],
         log_rate: log_rate(own, curve),
         decibels: decibels(own, curve),
@@ -114,8 +115,8 @@ fn decibel_text(decibels: f64) -> String {
 }
 
 /// The tables: one for each anchor, the first of which the page shows and the others it folds.
-pub(super) fn tables(records: &[Record]) -> Vec<Value> {
-    let scopes = scopes(records);
+pub(super) fn tables(records: &[Record], labels: &Labels) -> Vec<Value> {
+    let scopes = scopes(records, labels);
     let table = |anchor: String| {
         let all: Vec<(&Scope, Difference)> =
             scopes.iter().flat_map(|s| against(s, &anchor).into_iter().map(move |d| (s, d))).collect();
@@ -123,10 +124,10 @@ pub(super) fn tables(records: &[Record]) -> Vec<Value> {
             .iter()
             .flat_map(|v| of_volume_rows(v, &all))
             .collect();
-        let codecs = distinct(all.iter().map(|(_, d)| d.codec.clone()));
+        let series = distinct(all.iter().map(|(_, d)| d.series.clone()));
         // A mean of one is none.
         let several = of_several(all.iter().map(|(scope, _)| *scope));
-        let means: Vec<Value> = codecs.iter().filter(|_| several).map(|codec| means(codec, &all)).collect();
+        let means: Vec<Value> = series.iter().filter(|_| several).map(|series| means(series, &all)).collect();
         (!all.is_empty()).then(|| context! { anchor => anchor, rows => rows, means => means })
     };
     anchors(&scopes).into_iter().filter_map(table).collect()
@@ -139,7 +140,7 @@ fn of_several<'a>(scopes: impl Iterator<Item = &'a Scope>) -> bool {
     distinct(all.iter().map(|s| s.volume.clone())).len() > 1 || distinct(views).len() > 1
 }
 
-/// One row per codec and view; what concerns no view stands in the first.
+/// One row per series and view; what concerns no view stands in the first.
 fn of_volume_rows(volume: &str, all: &[(&Scope, Difference)]) -> Vec<Value> {
     let own = || all.iter().filter(|(s, _)| s.volume == volume);
     let mut views = distinct(own().filter(|(s, _)| s.measure == PICTURE).map(|(s, _)| s.view.clone()));
@@ -147,10 +148,10 @@ fn of_volume_rows(volume: &str, all: &[(&Scope, Difference)]) -> Vec<Value> {
         views.push(String::new());
     }
     let mut rows = Vec::new();
-    for codec in distinct(own().map(|(_, d)| d.codec.clone())) {
+    for series in distinct(own().map(|(_, d)| d.series.clone())) {
         for (i, view) in views.iter().enumerate() {
             let find = |measure: &str, view: &str| {
-                let found = own().find(|(s, d)| s.measure == measure && s.view == view && d.codec == codec);
+                let found = own().find(|(s, d)| s.measure == measure && s.view == view && d.series == series);
                 found.map(|(_, d)| d)
             };
             let [voxels, foreground] = Measure::ALL.map(|m| find(m.name(), "").filter(|_| i == 0));
@@ -158,17 +159,17 @@ fn of_volume_rows(volume: &str, all: &[(&Scope, Difference)]) -> Vec<Value> {
                 .map(|d| [shown(d, |d| d.log_rate, rate_text), shown(d, |d| d.decibels, decibel_text)]);
             let view = if views.len() > 1 { view.as_str() } else { "" };
             rows.push(
-                context! { volume => volume, view => view, codec => codec.clone(), cells => cells.concat() },
+                context! { volume => volume, view => view, series => series.clone(), cells => cells.concat() },
             );
         }
     }
     rows
 }
 
-/// The means of a codec over volumes and views, where the difference could be told, and over how many that was.
-fn means(codec: &str, all: &[(&Scope, Difference)]) -> Value {
+/// The means of a series over volumes and views, where the difference could be told, and over how many that was.
+fn means(series: &str, all: &[(&Scope, Difference)]) -> Value {
     let cell = |measure: &str, of: fn(&Difference) -> Result<f64, Refused>, text: fn(f64) -> String| {
-        let own = || all.iter().filter(|(s, d)| s.measure == measure && d.codec == codec);
+        let own = || all.iter().filter(|(s, d)| s.measure == measure && d.series == series);
         let told: Vec<f64> = own().filter_map(|(_, d)| of(d).ok()).collect();
         let (n, every) = (told.len(), own().count());
         if n == 0 {
@@ -180,18 +181,18 @@ fn means(codec: &str, all: &[(&Scope, Difference)]) -> Value {
     let [voxels, foreground] = Measure::ALL.map(Measure::name);
     let cells = [voxels, foreground, PICTURE]
         .map(|m| [cell(m, |d| d.log_rate, rate_text), cell(m, |d| d.decibels, decibel_text)]);
-    context! { codec => codec, cells => cells.concat() }
+    context! { series => series, cells => cells.concat() }
 }
 
 /// Every pair, in full precision; what was refused is empty, with the reason beside it.
-pub(super) fn sheet(records: &[Record]) -> Option<Sheet> {
-    let scopes = scopes(records);
+pub(super) fn sheet(records: &[Record], labels: &Labels) -> Option<Sheet> {
+    let scopes = scopes(records, labels);
     let mut sheet = Sheet::new(&[
         "volume",
         "view",
         "measure",
         "anchor",
-        "codec",
+        "series",
         "anchor_points",
         "points",
         "bd_rate_percent",
@@ -203,7 +204,7 @@ pub(super) fn sheet(records: &[Record]) -> Option<Sheet> {
         for (scope, d) in scopes.iter().flat_map(|s| against(s, &anchor).into_iter().map(move |d| (s, d))) {
             let value = |v: Result<f64, Refused>| v.map(|v| v.to_string()).unwrap_or_default();
             let why = |v: Result<f64, Refused>| v.err().map(|e| e.to_string()).unwrap_or_default();
-            let words = [&scope.volume, &scope.view, scope.measure, &d.anchor, &d.codec].map(str::to_owned);
+            let words = [&scope.volume, &scope.view, scope.measure, &d.anchor, &d.series].map(str::to_owned);
             let counts = d.points.map(|n| n.to_string());
             let rest = [value(d.log_rate.map(percent)), value(d.decibels), why(d.log_rate), why(d.decibels)];
             sheet.row(words.into_iter().chain(counts).chain(rest));
@@ -239,9 +240,41 @@ mod tests {
         records
     }
 
+    fn sheet_of(records: &[Record]) -> Option<Sheet> {
+        sheet(records, &Labels::of(records))
+    }
+
+    fn tables_of(records: &[Record]) -> Vec<Value> {
+        tables(records, &Labels::of(records))
+    }
+
+    #[test]
+    fn methods_of_one_codec_are_compared_as_two_codecs_are() {
+        let cells = |payload: &str, better: f64| {
+            let one = |i: i32| Record {
+                settings: format!("payload={payload} rate={i}"),
+                series: format!("payload={payload}"),
+                bits_per_voxel: Some(2f64.powi(i)),
+                psnr_db: Some(30.0 + 5.0 * f64::from(i) + better),
+                ..record("a", "tvq")
+            };
+            (0..5).map(one).collect::<Vec<_>>()
+        };
+        let records = [cells("fixed", 0.0), cells("variable", 3.0)].concat();
+        let rows = sheet_of(&records).unwrap().rows;
+        let told: Vec<_> =
+            rows.iter().map(|r| (r[3].as_str(), r[4].as_str(), r[8].parse::<f64>().unwrap())).collect();
+        assert_eq!(told.len(), 2);
+        assert_eq!((told[0].0, told[0].1), ("tvq payload=fixed", "tvq payload=variable"));
+        assert!((told[0].2 - 3.0).abs() < 1e-9 && (told[1].2 + 3.0).abs() < 1e-9, "{told:?}");
+        let unmarked: Vec<Record> =
+            records.iter().map(|r| Record { series: String::new(), ..r.clone() }).collect();
+        assert!(sheet_of(&unmarked).is_none(), "one codec that lists no method is one curve");
+    }
+
     #[test]
     fn every_pair_with_a_full_anchor_is_told_per_volume_and_as_a_mean() {
-        let sheet = sheet(&records()).unwrap();
+        let sheet = sheet_of(&records()).unwrap();
         let find = |volume: &str, measure: &str, anchor: &str, codec: &str| {
             let row = sheet
                 .rows
@@ -259,13 +292,13 @@ mod tests {
         assert_eq!(find("a", "all voxels", "hvq", "vq"), None, "no full curve, no anchor");
         assert!(!sheet.rows.iter().any(|r| r[3] == "raw" || r[4] == "raw"));
 
-        let tables = tables(&records());
+        let tables = tables_of(&records());
         assert_eq!(tables.len(), 2);
         let first = &tables[0];
         assert_eq!(first.get_attr("anchor").unwrap().as_str(), Some("s3dc"));
         // Over both volumes: BD-rate and BD-PSNR of all voxels and of the foreground, and pictures that there are none of.
         let mean = first.get_attr("means").unwrap().get_item_by_index(0).unwrap();
-        assert_eq!(mean.get_attr("codec").unwrap().as_str(), Some("vq"));
+        assert_eq!(mean.get_attr("series").unwrap().as_str(), Some("vq"));
         let cells = mean.get_attr("cells").unwrap();
         let text = |i: usize| cells.get_item_by_index(i).unwrap().get_attr("text").unwrap().to_string();
         assert_eq!([text(0), text(1), text(2), text(3)], ["−24.2", "+2.00", "−12.9", "+1.00"]);
@@ -277,9 +310,9 @@ mod tests {
 
     #[test]
     fn without_two_curves_there_is_no_table() {
-        assert!(tables(&[]).is_empty() && sheet(&[]).is_none());
+        assert!(tables_of(&[]).is_empty() && sheet_of(&[]).is_none());
         let alone: Vec<Record> = records().into_iter().filter(|r| r.codec == "vq").collect();
-        assert!(tables(&alone).is_empty() && sheet(&alone).is_none());
+        assert!(tables_of(&alone).is_empty() && sheet_of(&alone).is_none());
     }
 
     #[test]

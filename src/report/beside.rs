@@ -7,6 +7,7 @@ use super::chart::{Chart, Point};
 use super::charts::Sheet;
 use super::page::STYLE;
 use crate::experiment::folder::CHARTS;
+use crate::experiment::labels::Labels;
 use crate::experiment::record::{Record, Status};
 use crate::experiment::results::{ResultsError, write_whole};
 
@@ -18,6 +19,8 @@ const LONGEST: usize = 120;
 pub(super) struct Figure {
     /// File name without ending; no two are alike, not even in lower case.
     pub(super) name: String,
+    /// The last part of the name, by which `docs/evaluation.md` tells what the chart shows.
+    pub(super) kind: String,
     /// `None` for all together.
     pub(super) volume: Option<String>,
     pub(super) caption: String,
@@ -59,6 +62,7 @@ pub(super) fn write(
     figures: &[Figure],
     tables: &[(&str, Sheet)],
     records: &[Record],
+    labels: &Labels,
 ) -> Result<(), ReportError> {
     let folder = dir.join(CHARTS);
     if !figures.is_empty() || !tables.is_empty() {
@@ -68,7 +72,7 @@ pub(super) fn write(
     for figure in figures {
         let title = format!("{}: {}", figure.volume.as_deref().unwrap_or(ALL_VOLUMES), figure.caption);
         let svg = figure.chart.svg_file(&title, STYLE);
-        let csv = figure.sheet.as_ref().map_or_else(|| csv(&figure.chart, records), lines);
+        let csv = figure.sheet.as_ref().map_or_else(|| csv(&figure.chart, records, labels), lines);
         let csv = csv.map_err(|e| ResultsError::new(&folder, e))?;
         for (ending, bytes) in [("svg", svg.into_bytes()), ("csv", csv)] {
             let name = format!("{}.{ending}", figure.name);
@@ -90,12 +94,12 @@ pub(super) fn write(
     Ok(())
 }
 
-/// One line per mark, in the order of the records: the cell, the two values under the names of `results.csv`, and
-/// whether the mark lies on a line of those that none beats.
-fn csv(chart: &Chart, records: &[Record]) -> Result<Vec<u8>, csv::Error> {
+/// One line per mark, in the order of the records: the cell, the two values under the names of `results.csv`,
+/// whether the mark lies on a line of those that none beats, and its series as the legend calls it.
+fn csv(chart: &Chart, records: &[Record], labels: &Labels) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let what = ["volume", "codec", "settings", "site", "filter", "renderer", "scene", "device", "status"];
-    writer.write_record(what.into_iter().chain([chart.x.field, chart.y.field, "unbeaten"]))?;
+    writer.write_record(what.into_iter().chain([chart.x.field, chart.y.field, "unbeaten", "series"]))?;
     let shown = |p: &&Point| chart.x.shows(p.x) && chart.y.shows(p.y);
     let mut points: Vec<&Point> = chart.points.iter().filter(shown).collect();
     points.sort_by_key(|p| p.cell);
@@ -103,7 +107,7 @@ fn csv(chart: &Chart, records: &[Record]) -> Result<Vec<u8>, csv::Error> {
         let Some(r) = point.cell.and_then(|cell| records.get(cell)) else { continue };
         let status = if r.status == Status::Ok { "ok" } else { "failed" };
         let cell = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene, &r.device];
-        let values = [point.x.to_string(), point.y.to_string(), point.unbeaten.to_string()];
+        let values = [point.x.to_string(), point.y.to_string(), point.unbeaten.to_string(), labels.series(r)];
         let line = cell.map(String::as_str).into_iter().chain([status]);
         writer.write_record(line.chain(values.iter().map(String::as_str)))?;
     }

@@ -99,31 +99,6 @@ pub(super) fn blends(record: &Record) -> bool {
     record.filter != "nearest"
 }
 
-/// Codec and settings, and how many stages where these are not all.
-pub(super) fn codec_name(record: &Record) -> String {
-    let stages = record.stages.map(|stages| format!(" (stages {stages})")).unwrap_or_default();
-    [record.codec.as_str(), record.settings.as_str()].join(" ").trim_end().to_owned() + &stages
-}
-
-/// As [`codec_name`], without the settings that all these cells of its codec share.
-pub(super) fn brief_name(record: &Record, among: &[&Record]) -> String {
-    let of_codec = || among.iter().filter(|r| r.codec == record.codec);
-    let shared = |setting: &&str| of_codec().all(|r| r.settings.split(' ').any(|s| s == *setting));
-    let differing: Vec<&str> = record.settings.split(' ').filter(|setting| !shared(setting)).collect();
-    codec_name(&Record {
-        settings: differing.join(" "),
-        codec: record.codec.clone(),
-        stages: record.stages,
-        ..Record::default()
-    })
-}
-
-/// Codec, settings, site and filter, and whether it skips.
-pub(super) fn cell_name(record: &Record) -> String {
-    let skipping = if record.skipping { ", skipping" } else { "" };
-    format!("{}, {}, {}{skipping}", codec_name(record), record.site, record.filter)
-}
-
 /// Order of sites where one has to stand for all: they draw the same values.
 pub(super) fn site_rank(site: &str) -> usize {
     Site::ALL.iter().position(|s| s.name() == site).unwrap_or(Site::ALL.len())
@@ -133,16 +108,6 @@ pub(super) fn site_rank(site: &str) -> usize {
 mod tests {
     use super::*;
     use crate::experiment::results::tests::record;
-
-    #[test]
-    fn a_brief_name_says_what_tells_settings_apart() {
-        let with = |codec: &str, settings: &str| Record { settings: settings.into(), ..record("v", codec) };
-        let cells =
-            [with("vq", "block=2 seed=1"), with("vq", "block=4 seed=1"), with("hvq", "block=2 seed=1")];
-        let among: Vec<&Record> = cells.iter().collect();
-        let names: Vec<String> = cells.iter().map(|r| brief_name(r, &among)).collect();
-        assert_eq!(names, ["vq block=2", "vq block=4", "hvq"]);
-    }
 
     #[test]
     fn baselines_are_told_by_site_filter_and_who_filters() {

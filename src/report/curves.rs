@@ -1,7 +1,8 @@
-//! The rate–distortion curves of codecs: which cells they run through.
+//! The rate–distortion curves of codecs and their methods: which cells they run through.
 
 use super::bjontegaard::Curve;
 use super::cells::{View, blends, compressed, distinct, ok, site_rank};
+use crate::experiment::labels::Labels;
 use crate::experiment::record::Record;
 
 /// What quality a curve shows.
@@ -39,18 +40,18 @@ impl Measure {
     }
 }
 
-/// A codec and its curve; the uncompressed has none.
+/// The name of a series and its curve; the uncompressed has none.
 pub(super) type Named = (String, Curve);
 
-/// Curves of a volume, of the codecs in the order of their first records.
-pub(super) fn of_volume(records: &[Record], volume: &str, measure: Measure) -> Vec<Named> {
+/// Curves of a volume, of the series in the order of their first records.
+pub(super) fn of_volume(records: &[Record], labels: &Labels, volume: &str, measure: Measure) -> Vec<Named> {
     let cells: Vec<&Record> = records.iter().filter(|r| r.volume == volume).collect();
-    of_cells(&cells, |r| measure.of(r))
+    of_cells(&cells, labels, |r| measure.of(r))
 }
 
 /// Curves of a view, by the PSNR of the picture: at one site, under one filter and on one device, since each of them
-/// changes pictures. The site is the one at which most codecs have curves, the first of equals.
-pub(super) fn of_view(records: &[Record], view: &View) -> Vec<Named> {
+/// changes pictures. The site is the one at which most series have curves, the first of equals.
+pub(super) fn of_view(records: &[Record], labels: &Labels, view: &View) -> Vec<Named> {
     let mut own: Vec<&Record> = records.iter().filter(|r| View::of(r) == *view).collect();
     if let Some(first) = own.iter().find(|r| r.image_psnr_db.is_some()).map(|r| r.device.clone()) {
         own.retain(|r| r.device == first);
@@ -62,7 +63,7 @@ pub(super) fn of_view(records: &[Record], view: &View) -> Vec<Named> {
     sites.sort_by_key(|site| site_rank(site));
     let at = |site: &String| {
         let cells: Vec<&Record> = own.iter().copied().filter(|r| r.site == *site).collect();
-        of_cells(&cells, |r| r.image_psnr_db)
+        of_cells(&cells, labels, |r| r.image_psnr_db)
     };
     let full = |curves: &Vec<Named>| {
         curves.iter().filter(|c| c.1.points() >= super::bjontegaard::LEAST_POINTS).count()
@@ -76,13 +77,15 @@ pub(super) fn of_view(records: &[Record], view: &View) -> Vec<Named> {
     best
 }
 
-fn of_cells(cells: &[&Record], value: impl Fn(&Record) -> Option<f64>) -> Vec<Named> {
-    let own = || cells.iter().filter(|r| ok(r) && compressed(r));
-    let curve = |codec: String| {
-        let points = own().filter(|r| r.codec == codec).filter_map(|r| Some((r.bits_per_voxel?, value(r)?)));
+fn of_cells(cells: &[&Record], labels: &Labels, value: impl Fn(&Record) -> Option<f64>) -> Vec<Named> {
+    let own = cells.iter().copied().filter(|r| ok(r) && compressed(r));
+    let own: Vec<(String, &Record)> = own.map(|r| (labels.series(r), r)).collect();
+    let curve = |series: String| {
+        let of_series = own.iter().filter(|(name, _)| *name == series);
+        let points = of_series.filter_map(|(_, r)| Some((r.bits_per_voxel?, value(r)?)));
         let curve = Curve::of(points);
-        (codec, curve)
+        (series, curve)
     };
-    let all = distinct(own().map(|r| r.codec.clone())).into_iter().map(curve);
+    let all = distinct(own.iter().map(|(name, _)| name.clone())).into_iter().map(curve);
     all.filter(|(_, curve)| curve.points() > 0).collect()
 }

@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
-use super::cells::{Baseline, blends, cell_name, ok};
+use super::cells::{Baseline, blends, ok};
 use super::chart::{Mark, Shape};
 use super::charts::{Palette, baseline_mark, failure_entry, filter_entries};
 use super::reproduce;
 use super::table::quantities;
+use crate::experiment::labels::full_cell;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::Record;
 
@@ -38,6 +39,8 @@ struct Drawn {
 #[derive(Serialize)]
 struct Cell<'a> {
     name: String,
+    /// The name with all settings.
+    full: String,
     volume: &'a str,
     scene: &'a str,
     renderer: &'a str,
@@ -72,7 +75,8 @@ pub(super) fn json(provenance: &Provenance, records: &[Record], palette: &Palett
             marks.len() - 1
         });
         cells.push(Cell {
-            name: cell_name(record),
+            name: palette.labels.cell(record),
+            full: full_cell(record),
             volume: &record.volume,
             scene: &record.scene,
             renderer: &record.renderer,
@@ -117,8 +121,8 @@ fn mark(record: &Record, palette: &Palette) -> (Mark, String) {
     if let Some(baseline) = Baseline::of(record) {
         return (baseline_mark(baseline), baseline.label().to_owned());
     }
-    let mark = Mark { filled: blends(record), ..palette.series_mark(record) };
-    (mark, format!("{}, {}", record.codec, record.site))
+    let mark = Mark { filled: blends(record), ..palette.site_mark(record) };
+    (mark, format!("{}, {}", palette.labels.series(record), record.site))
 }
 
 fn draw(mark: &Mark, label: String) -> Drawn {

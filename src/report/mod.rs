@@ -15,6 +15,7 @@ mod charts;
 mod curves;
 mod data;
 mod embed;
+mod noise;
 mod number;
 mod page;
 mod pareto;
@@ -62,11 +63,13 @@ pub fn write(
     refused: &[RefusedCell],
 ) -> Result<PathBuf, ReportError> {
     let path = dir.join("report.html");
-    let figures = charts::figures(records, provenance);
-    let html = page::render(dir, provenance, records, refused, &figures)?;
+    let palette = charts::Palette::new(records);
+    let figures = charts::figures(dir, records, provenance, &palette);
+    let html = page::render(dir, provenance, records, refused, (&figures, &palette))?;
     // Charts first: a report links to no file that is not there.
-    let tables: Vec<_> = bd_table::sheet(records).map(|sheet| (BJONTEGAARD, sheet)).into_iter().collect();
-    beside::write(dir, &figures, &tables, records)?;
+    let tables: Vec<_> =
+        bd_table::sheet(records, &palette.labels).map(|sheet| (BJONTEGAARD, sheet)).into_iter().collect();
+    beside::write(dir, &figures, &tables, records, &palette.labels)?;
     write_whole(&path, html.as_bytes())?;
     Ok(path)
 }

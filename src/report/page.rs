@@ -11,6 +11,7 @@ use super::charts::Palette;
 use super::embed::{EMBEDDED_BYTES, Pictures, link};
 use super::{BJONTEGAARD, ReportError, bd_table, data, pictures, script, summary, table};
 use crate::experiment::folder::CHARTS;
+use crate::experiment::labels::Labels;
 use crate::experiment::provenance::{Part, Provenance, RefusedCell, VolumeProvenance};
 use crate::experiment::record::Record;
 
@@ -24,29 +25,30 @@ pub(super) fn render(
     provenance: &Provenance,
     records: &[Record],
     refused: &[RefusedCell],
-    figures: &[Figure],
+    (figures, palette): (&[Figure], &Palette),
 ) -> Result<String, ReportError> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_template("report", TEMPLATE)?;
 
+    let labels = &palette.labels;
     let mut embedded = Pictures::new(dir, EMBEDDED_BYTES);
-    let groups = pictures::groups(provenance, records, &mut embedded);
+    let groups = pictures::groups(provenance, records, labels, &mut embedded);
     let context = context! {
         style => Value::from_safe_string(STYLE.to_owned()),
-        summary => summary::summary(records, refused),
+        summary => summary::summary(records, refused, labels),
         provenance => provenance_values(provenance),
         pictures => groups,
         linked => embedded.linked(),
         error_classes => error_classes(),
         charts => charts(records, figures),
-        differences => bd_table::tables(records),
+        differences => bd_table::tables(records, labels),
         differences_file => Value::from_safe_string(link(&format!("{CHARTS}/{BJONTEGAARD}.csv"))),
         policy => script::policy(),
         script => Value::from_safe_string(script::text()),
-        data => Value::from_safe_string(data::json(provenance, records, &Palette::new(records))),
-        table => table::table(records),
-        refused => refused.iter().map(refused_values).collect::<Vec<_>>(),
+        data => Value::from_safe_string(data::json(provenance, records, palette)),
+        table => table::table(records, labels),
+        refused => refused_rows(refused),
     };
     Ok(environment.get_template("report")?.render(context)?)
 }
@@ -70,12 +72,13 @@ fn charts(records: &[Record], figures: &[Figure]) -> Vec<Value> {
 }
 
 fn figure(figure: &Figure) -> Value {
-    let Figure { name, caption, wide, chart, note, .. } = figure;
+    let Figure { name, kind, caption, wide, chart, note, .. } = figure;
     // Drawings escape what they take from records themselves.
     let mark = |mark: &Mark| Value::from_safe_string(mark.svg());
     let legend: Vec<Value> =
         chart.legend.iter().map(|e| context! { mark => mark(&e.mark), label => e.label.clone() }).collect();
     context! {
+        kind => kind,
         caption => caption,
         wide => wide,
         // Nothing of an address in percent is read as HTML.
@@ -125,15 +128,36 @@ fn volume_values(v: &VolumeProvenance) -> Value {
     }
 }
 
-fn refused_values(cell: &RefusedCell) -> Value {
-    let RefusedCell { volume, codec, settings, site, mut filter, renderer, scene, skipping, stages, reason } =
-        cell.clone();
-    if skipping {
-        filter += ", skipping";
-    }
-    if let Some(stages) = stages {
-        filter += &format!(", stages {stages}");
-    }
-    let cells = vec![volume, codec, settings, site, filter, renderer, scene, reason];
-    Value::from(cells)
+/// Rows of texts, and all settings, of which a row shows those that differ among the refused cells of its codec.
+fn refused_rows(refused: &[RefusedCell]) -> Vec<Value> {
+    let record = |cell: &RefusedCell| Record {
+        codec: cell.codec.clone(),
+        settings: cell.settings.clone(),
+        ..Record::default()
+    };
+    let labels = Labels::of(&refused.iter().map(record).collect::<Vec<_>>());
+    let row = |cell: &RefusedCell| {
+        let RefusedCell {
+            volume,
+            codec,
+            settings,
+            site,
+            mut filter,
+            renderer,
+            scene,
+            skipping,
+            stages,
+            reason,
+        } = cell.clone();
+        if skipping {
+            filter += ", skipping";
+        }
+        if let Some(stages) = stages {
+            filter += &format!(", stages {stages}");
+        }
+        let brief = labels.settings(&record(cell));
+        let texts = vec![volume, codec, brief, site, filter, renderer, scene, reason];
+        context! { texts => texts, settings => settings }
+    };
+    refused.iter().map(row).collect()
 }

@@ -2,9 +2,10 @@
 
 use minijinja::{Value, context};
 
-use super::cells::{View, cell_name, compressed, ok, site_rank, views};
+use super::cells::{View, compressed, ok, site_rank, views};
 use super::embed::Pictures;
 use super::number::{decibels, fixed, short};
+use crate::experiment::labels::{Labels, full_cell};
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::Record;
 
@@ -12,11 +13,21 @@ use crate::experiment::record::Record;
 const AT_ONCE: usize = 8;
 
 /// One group per view that has any picture.
-pub(super) fn groups(provenance: &Provenance, records: &[Record], pictures: &mut Pictures) -> Vec<Value> {
-    views(records).iter().filter_map(|view| group(provenance, records, view, pictures)).collect()
+pub(super) fn groups(
+    provenance: &Provenance,
+    records: &[Record],
+    labels: &Labels,
+    pictures: &mut Pictures,
+) -> Vec<Value> {
+    views(records).iter().filter_map(|view| group(provenance, (records, labels), view, pictures)).collect()
 }
 
-fn group(provenance: &Provenance, records: &[Record], view: &View, pictures: &mut Pictures) -> Option<Value> {
+fn group(
+    provenance: &Provenance,
+    (records, labels): (&[Record], &Labels),
+    view: &View,
+    pictures: &mut Pictures,
+) -> Option<Value> {
     let mut cells: Vec<&Record> = records
         .iter()
         .filter(|r| View::of(r) == *view && (r.image.is_some() || r.error_image.is_some()))
@@ -54,8 +65,8 @@ fn group(provenance: &Provenance, records: &[Record], view: &View, pictures: &mu
         let later = thin_out(&mut shown);
         rest.splice(0..0, later);
     }
-    let shown: Vec<Value> = shown.into_iter().map(|r| cell(records, r, pictures)).collect();
-    let rest: Vec<Value> = rest.into_iter().map(|r| cell(records, r, pictures)).collect();
+    let shown: Vec<Value> = shown.into_iter().map(|r| cell((records, labels), r, pictures)).collect();
+    let rest: Vec<Value> = rest.into_iter().map(|r| cell((records, labels), r, pictures)).collect();
     Some(context! {
         volume => view.volume.clone(),
         name => view.name(),
@@ -74,7 +85,7 @@ fn thin_out<'a>(cells: &mut Vec<&'a Record>) -> Vec<&'a Record> {
     later.into_iter().map(|(_, r)| r).collect()
 }
 
-fn cell(records: &[Record], record: &Record, pictures: &mut Pictures) -> Value {
+fn cell((records, labels): (&[Record], &Labels), record: &Record, pictures: &mut Pictures) -> Value {
     let mut source = |path: &Option<String>| path.as_deref().and_then(|p| pictures.source(p));
     let filter = match record.filtering.as_deref() {
         Some(by) if record.filter != "nearest" => format!("{} ({by})", record.filter),
@@ -83,9 +94,10 @@ fn cell(records: &[Record], record: &Record, pictures: &mut Pictures) -> Value {
     context! {
         number => records.iter().position(|r| std::ptr::eq(r, record)),
         codec => record.codec.clone(),
-        settings => record.settings.clone(),
+        settings => labels.settings(record),
         place => [record.site.clone(), filter].join(", "),
-        name => cell_name(record),
+        name => labels.cell(record),
+        full => full_cell(record),
         failed => !ok(record),
         error => record.error.clone(),
         image => source(&record.image),

@@ -1,12 +1,13 @@
 //! The command that runs one cell again: that of the run, without what chose other cells or another folder.
 
-use cvr_core::codec::{SettingValue, Settings, Site};
+use cvr_core::codec::Site;
 use cvr_core::pipeline::Cell;
 use cvr_core::render::Filter;
 
 use crate::experiment::machine::quoted;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::Record;
+use crate::experiment::series;
 
 /// Options of `cvr run` that say which cells run or where results go, and whether a value follows.
 const DROPPED: [(&str, bool); 5] =
@@ -17,16 +18,11 @@ const OUT: &str = "results/one-cell";
 
 /// The name of a record's cell, as `cvr run --list-cells` prints it; `None` where its site or filter is unknown.
 pub(super) fn cell_id(record: &Record) -> Option<String> {
-    let mut settings = Settings::default();
-    for setting in shlex::split(&record.settings)? {
-        let (name, value) = setting.split_once('=')?;
-        // The name of a cell shows values as text, of whatever kind they are.
-        settings.set(name, SettingValue::Text(value.to_owned()));
-    }
     let cell = Cell {
         volume: record.volume.clone(),
         codec: Cell::codec_of_label(&record.codec).to_owned(),
-        settings,
+        // The name of a cell shows values as text, of whatever kind they are.
+        settings: series::read(&record.settings)?,
         scene: record.scene.clone(),
         renderer: record.renderer.clone(),
         site: Site::ALL.into_iter().find(|site| site.name() == record.site)?,

@@ -2,11 +2,11 @@
 
 use minijinja::{Value, context};
 
-use super::cells::{
-    Baseline, View, cell_name, codec_name, compressed, devices, distinct, ok, views, volumes,
-};
+use super::cells::{Baseline, View, compressed, devices, distinct, ok, views, volumes};
+use super::noise::{is_noisy, tie};
 use super::number::{bytes, decibels, fixed, median, short};
 use super::pareto;
+use crate::experiment::labels::{Labels, full_cell, full_coding};
 use crate::experiment::provenance::RefusedCell;
 use crate::experiment::record::Record;
 
@@ -16,8 +16,10 @@ const CLASSES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 const LISTED: usize = 12;
 /// PSNR of a picture above which differences are hard to see.
 const GOOD_PICTURE_DB: f64 = 40.0;
+/// Cells that tie with the fastest which its sentence names.
+const NAMED_TIES: usize = 3;
 
-pub(super) fn summary(records: &[Record], refused: &[RefusedCell]) -> Value {
+pub(super) fn summary(records: &[Record], refused: &[RefusedCell], labels: &Labels) -> Value {
     let failed = records.iter().filter(|r| !ok(r)).count();
     let devices = devices(records.iter());
     let mut fronts: Vec<(View, Vec<&Record>)> = Vec::new();
@@ -32,12 +34,15 @@ pub(super) fn summary(records: &[Record], refused: &[RefusedCell]) -> Value {
             context! {
                 volume => view.volume.clone(),
                 view => if devices.len() > 1 { format!("{}, {}", view.name(), r.device) } else { view.name() },
-                cell => cell_name(r),
+                cell => labels.cell(r),
+                full => full_cell(r),
                 rate => short(r.bits_per_voxel),
                 memory => bytes(r.resident_bytes),
                 psnr => fixed(r.image_psnr_db, 1),
                 ssim => fixed(r.image_ssim, 4),
                 time => short(r.relative_frame_time),
+                spread => r.relative_frame_time_iqr.map(|iqr| format!("IQR {}", short(Some(iqr)))),
+                noisy => is_noisy(r),
             }
         })
         .collect();
@@ -48,9 +53,9 @@ pub(super) fn summary(records: &[Record], refused: &[RefusedCell]) -> Value {
         refused => refused.len(),
         volumes => volumes(records).len(),
         codecs => distinct(records.iter().map(|r| r.codec.clone())).join(", "),
-        sentences => sentences(records),
+        sentences => sentences(records, labels),
         classes => class_names(),
-        rates => rates(records),
+        rates => rates(records, labels),
         front => rows,
         unlisted => unbeaten.saturating_sub(LISTED),
     }
@@ -63,7 +68,7 @@ fn class_names() -> Vec<String> {
 }
 
 /// Per volume the best voxel PSNR in each class of bits per voxel.
-fn rates(records: &[Record]) -> Vec<Value> {
+fn rates(records: &[Record], labels: &Labels) -> Vec<Value> {
     volumes(records)
         .into_iter()
         .map(|volume| {
@@ -84,7 +89,7 @@ fn rates(records: &[Record]) -> Vec<Value> {
                         } else {
                             decibels(r.psnr_db)
                         };
-                        context! { psnr => psnr, codec => codec_name(r) }
+                        context! { psnr => psnr, codec => labels.coding(r), full => full_coding(r) }
                     },
                 )
             };
@@ -99,10 +104,14 @@ fn skipping(records: &[Record]) -> Option<String> {
     let gains: Vec<f64> = records.iter().filter(|r| ok(r)).filter_map(|r| r.skipping_gain).collect();
     let least = gains.iter().copied().reduce(f64::min)?;
     let most = gains.iter().copied().reduce(f64::max)?;
-    let slower = gains.iter().filter(|gain| **gain < 1.0).count();
+    // Beyond noise: not even the upper quartile reaches 1.
+    let lost = |r: &&Record| {
+        r.skipping_gain.is_some_and(|gain| gain + r.skipping_gain_iqr.unwrap_or(0.0) / 2.0 < 1.0)
+    };
+    let slower = records.iter().filter(|r| ok(r)).filter(lost).count();
     Some(format!(
-        "Skipping empty macrocells makes the frames of {} cells {} × as fast (median; {} to {}), {slower} of them slower; \
-         no picture differs in any bit from the one without.",
+        "Skipping empty macrocells makes the frames of {} cells {} × as fast (median; {} to {}), {slower} of them slower \
+         beyond noise; no picture differs in any bit from the one without.",
         gains.len(),
         short(median(gains.clone())),
         short(Some(least)),
@@ -110,8 +119,37 @@ fn skipping(records: &[Record]) -> Option<String> {
     ))
 }
 
+/// The cell with the lowest relative frame time of those that are compressed and look right, and what ties with it.
+fn fastest(records: &[Record], labels: &Labels) -> Option<String> {
+    let good = |r: &&Record| ok(r) && compressed(r) && r.image_psnr_db.is_some_and(|p| p >= GOOD_PICTURE_DB);
+    let timed = records.iter().filter(good).filter_map(|r| Some((r, r.relative_frame_time?)));
+    let mut timed: Vec<(&Record, f64)> = timed.filter(|(_, time)| !time.is_nan()).collect();
+    timed.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let ((first, time), others) = timed.split_first()?;
+    let named = |r: &Record, time: f64| {
+        format!("{} on {} at {} × the baseline", labels.cell(r), r.volume, short(Some(time)))
+    };
+    let mut sentence = format!(
+        "The fastest compressed cell with a picture of {GOOD_PICTURE_DB} dB or more: {} ({}, {} bits per voxel in the file{}{})",
+        named(first, *time),
+        decibels(first.image_psnr_db),
+        short(first.bits_per_voxel),
+        first.resident_bytes.map_or_else(String::new, |b| format!(", {} in device memory", bytes(Some(b)))),
+        if is_noisy(first) { ", noisy timing" } else { "" },
+    );
+    let ties: Vec<String> =
+        others.iter().filter(|(r, _)| tie(first, r)).map(|(r, time)| named(r, *time)).collect();
+    if !ties.is_empty() {
+        let more = ties.len().saturating_sub(NAMED_TIES);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let ties = ties[..ties.len().min(NAMED_TIES)].join("; ");
+        sentence += &format!("; a tie within noise with {ties}{more}");
+    }
+    Some(sentence + ".")
+}
+
 /// Up to five sentences on speed, pictures and failures.
-fn sentences(records: &[Record]) -> Vec<String> {
+fn sentences(records: &[Record], labels: &Labels) -> Vec<String> {
     let mut out = Vec::new();
     let times = |wanted: fn(&Record) -> bool| {
         median(records.iter().filter(|r| ok(r) && wanted(r)).filter_map(|r| r.relative_frame_time).collect())
@@ -135,24 +173,7 @@ fn sentences(records: &[Record]) -> Vec<String> {
             by_site.join(", ")
         ));
     }
-    let good = |r: &&Record| ok(r) && compressed(r) && r.image_psnr_db.is_some_and(|p| p >= GOOD_PICTURE_DB);
-    let fastest = records
-        .iter()
-        .filter(good)
-        .filter_map(|r| Some((r, r.relative_frame_time?)))
-        .min_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((r, time)) = fastest {
-        out.push(format!(
-            "The fastest compressed cell with a picture of {GOOD_PICTURE_DB} dB or more: {} on {} at {} × the baseline \
-             ({}, {} bits per voxel in the file{}).",
-            cell_name(r),
-            r.volume,
-            short(Some(time)),
-            decibels(r.image_psnr_db),
-            short(r.bits_per_voxel),
-            r.resident_bytes.map_or_else(String::new, |b| format!(", {} in device memory", bytes(Some(b))))
-        ));
-    }
+    out.extend(fastest(records, labels));
     out.extend(skipping(records));
     let failed: Vec<&Record> = records.iter().filter(|r| !ok(r)).collect();
     if let Some(first) = failed.first() {
@@ -160,10 +181,62 @@ fn sentences(records: &[Record]) -> Vec<String> {
             "{} of {} cells failed, the first of them {} on {}: {}.",
             failed.len(),
             records.len(),
-            cell_name(first),
+            labels.cell(first),
             first.volume,
             first.error.as_deref().unwrap_or("no reason given").trim_end_matches('.')
         ));
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::results::tests::record;
+
+    fn timed(codec: &str, time: f64, iqr: f64) -> Record {
+        Record {
+            site: "inline".into(),
+            filter: "linear".into(),
+            image_psnr_db: Some(45.0),
+            relative_frame_time: Some(time),
+            relative_frame_time_iqr: Some(iqr),
+            ..record("v", codec)
+        }
+    }
+
+    #[test]
+    fn what_noise_hides_is_called_a_tie() {
+        let told = |records: &[Record]| fastest(records, &Labels::of(records)).unwrap();
+        let apart = told(&[timed("vq", 1.5, 0.1), timed("hvq", 1.2, 0.1)]);
+        assert!(apart.contains(": hvq, inline, linear on v at 1.20 × the baseline (45.0 dB"), "{apart}");
+        assert!(!apart.contains("tie") && !apart.contains("noisy"), "{apart}");
+        let near = told(&[timed("vq", 1.3, 0.1), timed("hvq", 1.2, 0.4), timed("zfp", 2.0, 0.1)]);
+        assert!(
+            near.contains("noisy timing); a tie within noise with vq, inline, linear on v at 1.30"),
+            "{near}"
+        );
+        assert!(!near.contains("zfp"), "{near}");
+        let many: Vec<Record> = ["a", "b", "c", "d", "e"].map(|codec| timed(codec, 1.0, 0.1)).to_vec();
+        assert!(
+            told(&many).ends_with("d, inline, linear on v at 1.00 × the baseline and 1 more."),
+            "{}",
+            told(&many)
+        );
+        assert_eq!(fastest(&[], &Labels::default()), None);
+    }
+
+    #[test]
+    fn skipping_is_slower_only_beyond_noise() {
+        let gain = |gain: f64, iqr: f64| Record {
+            skipping_gain: Some(gain),
+            skipping_gain_iqr: Some(iqr),
+            ..record("v", "vq")
+        };
+        let told = skipping(&[gain(0.95, 0.2), gain(0.8, 0.2), gain(2.0, 0.1)]).unwrap();
+        assert!(
+            told.contains("3 cells 0.950 × as fast") && told.contains(", 1 of them slower beyond"),
+            "{told}"
+        );
+    }
 }

@@ -4,9 +4,10 @@ use minijinja::{Value, context};
 
 use cvr_core::metrics;
 
-use super::cells::ok;
+use super::cells::{distinct, ok};
 use super::number::{NONE, bytes, fixed, short};
 use crate::experiment::files::{ERRORS, FRAMES};
+use crate::experiment::labels::Labels;
 use crate::experiment::record::{Record, is_listed};
 
 /// One column.
@@ -31,17 +32,33 @@ enum Text {
     Of(fn(&Record) -> String),
     /// A figure that is listed, by the column's field.
     Figure,
+    /// The settings that differ among the cells of a codec.
+    Settings,
+    /// What the record's curve is called.
+    Series,
     /// A file beside the report, linked.
     File(fn(&Record) -> &Option<String>),
 }
 
 impl Column {
-    fn text(&self, record: &Record) -> String {
+    fn text(&self, record: &Record, labels: &Labels) -> String {
         match self.text {
+            Text::Settings => some(&Some(labels.settings(record)).filter(|text| !text.is_empty())),
+            Text::Series => labels.series(record),
             Text::Of(text) => text(record),
             Text::Figure => short(record.figure(self.field)),
             Text::File(path) => some(path(record)),
         }
+    }
+
+    /// All of what the text tells in part.
+    fn whole(&self, record: &Record) -> Option<String> {
+        let whole = match self.text {
+            Text::Settings => &record.settings,
+            Text::Series => &record.series,
+            _ => return None,
+        };
+        (!whole.is_empty()).then(|| whole.clone())
     }
 
     /// The file that the text names. Only what lies below the report is linked: a record is data.
@@ -87,7 +104,7 @@ fn count(n: Option<u64>) -> String {
 const COLUMNS: &[Column] = &[
     text("volume", "volume", |r| r.volume.clone()),
     text("codec", "codec", |r| r.codec.clone()),
-    text("settings", "settings", |r| r.settings.clone()),
+    Column { text: Text::Settings, ..text("settings", "settings", |_| String::new()) },
     text("site", "site", |r| r.site.clone()),
     text("filter", "filter", |r| r.filter.clone()),
     secondary(text("filtering", "filtered by", |r| some(&r.filtering))),
@@ -198,6 +215,7 @@ const COLUMNS: &[Column] = &[
     secondary(file("error_histogram", "histogram of errors", |r| &r.error_histogram)),
     secondary(number("parity_mismatches", "parity mismatches", |r| count(r.parity_mismatches))),
     secondary(number("replaced_samples", "replaced samples", |r| r.replaced_samples.to_string())),
+    secondary(Column { text: Text::Series, ..text("series", "curve", |_| String::new()) }),
     secondary(text("device", "device", |r| r.device.clone())),
     secondary(text("driver", "driver", |r| r.driver.clone())),
     text("error", "error", |r| some(&r.error)),
@@ -225,7 +243,7 @@ pub(super) fn quantities() -> impl Iterator<Item = (&'static str, &'static str)>
 }
 
 /// The table as the template reads it.
-pub(super) fn table(records: &[Record]) -> Value {
+pub(super) fn table(records: &[Record], labels: &Labels) -> Value {
     let class = |c: &Column| match (c.numeric, c.secondary) {
         (true, true) => "n secondary",
         (true, false) => "n",
@@ -236,13 +254,19 @@ pub(super) fn table(records: &[Record]) -> Value {
     let columns: Vec<Value> =
         all.iter().map(|c| context! { field => c.field, heading => c.heading, class => class(c) }).collect();
     let row = |record: &Record| {
-        let cell =
-            |c: &Column| context! { text => c.text(record), class => class(c), link => c.link(record) };
+        let cell = |c: &Column| {
+            let text = c.text(record, labels);
+            context! { text => text, whole => c.whole(record), class => class(c), link => c.link(record) }
+        };
         let cells: Vec<Value> = all.iter().map(cell).collect();
         context! { failed => !ok(record), cells => cells }
     };
     let rows: Vec<Value> = records.iter().map(row).collect();
-    context! { columns => columns, rows => rows }
+    let codecs = distinct(records.iter().map(|r| r.codec.clone())).into_iter();
+    let shared = codecs.map(|codec| (labels.shared(&codec), codec)).filter(|(shared, _)| !shared.is_empty());
+    let shared: Vec<Value> =
+        shared.map(|(settings, codec)| context! { codec => codec, settings => settings }).collect();
+    context! { columns => columns, rows => rows, shared => shared }
 }
 
 #[cfg(test)]
@@ -276,6 +300,20 @@ mod tests {
             let column = all.iter().find(|c| c.field == figure.name).unwrap();
             assert_eq!((column.heading, column.axis), (figure.heading, Some(figure.axis)));
         }
+    }
+
+    #[test]
+    fn settings_that_differ_are_shown_and_all_are_told() {
+        let with = |settings: &str| Record { settings: settings.into(), ..record("v", "vq") };
+        let cells = [with("block=2 seed=1"), with("block=4 seed=1")];
+        let labels = Labels::of(&cells);
+        let column = columns().into_iter().find(|c| c.field == "settings").unwrap();
+        assert_eq!(column.text(&cells[1], &labels), "block=4");
+        assert_eq!(column.whole(&cells[1]).as_deref(), Some("block=4 seed=1"));
+        assert_eq!(column.text(&cells[1], &Labels::of(&cells[1..])), NONE);
+        assert_eq!(column.whole(&record("v", "raw")), None);
+        let shared = table(&cells, &labels).get_attr("shared").unwrap().get_item_by_index(0).unwrap();
+        assert_eq!(shared.get_attr("settings").unwrap().as_str(), Some("seed=1"));
     }
 
     #[test]

@@ -3,9 +3,12 @@
 use std::path::Path;
 
 use super::*;
+use crate::experiment::error_histogram::Row;
+use crate::experiment::files::ERRORS;
 use crate::experiment::provenance::{Part, ReferencePicture, VolumeProvenance};
 use crate::experiment::record::Status;
 use crate::experiment::results::tests::record;
+use crate::experiment::results::write_rows;
 
 /// A ball in `tone`, wrong by `error` in rings.
 fn write_ball(path: &Path, size: u32, tone: [f32; 3], error: f32, difference: bool) {
@@ -25,6 +28,22 @@ fn write_ball(path: &Path, size: u32, tone: [f32; 3], error: f32, difference: bo
         }
     }
     cvr_core::render::write_png(path, [size, size], &rgb).unwrap();
+}
+
+/// Errors of a two-sided geometric distribution; returns the path below `dir`.
+fn write_errors(dir: &Path, stem: &str, error: f64) -> String {
+    let path = format!("{ERRORS}/{stem}.csv");
+    std::fs::create_dir_all(dir.join(ERRORS)).unwrap();
+    let decay = (-1.0 / (error * 100.0 + 0.3)).exp();
+    let samples = |e: i32| (1e6 * decay.powi(e.abs())) as u64;
+    let rows = (-40..40).filter(|e| samples(*e) > 0).map(|e| Row {
+        from: f64::from(e),
+        below: f64::from(e + 1),
+        samples: samples(e),
+        share: 0.0,
+    });
+    write_rows(&dir.join(&path), &rows.collect::<Vec<_>>()).unwrap();
+    path
 }
 
 /// About 40 cells: two volumes, raw and two lossy codecs, three sites, two filters; one cell broke its bound.
@@ -61,6 +80,7 @@ fn sample(dir: &Path) -> (Provenance, Vec<Record>, Vec<RefusedCell>) {
                 let error = (10f32.powf(-image_psnr.min(90.0) as f32 / 20.0) * 4.0).min(0.4);
                 write_ball(&dir.join(format!("{stem}.png")), 160, tone, error * 0.5, false);
                 write_ball(&dir.join(format!("{stem}-error.png")), 160, tone, error, true);
+                let histogram = write_errors(dir, &stem, f64::from(error));
                 let hardware = site != "inline" && !nearest;
                 records.push(Record {
                     settings: settings.into(),
@@ -100,6 +120,7 @@ fn sample(dir: &Path) -> (Provenance, Vec<Record>, Vec<RefusedCell>) {
                     filtering: Some(if hardware { "hardware" } else { "manual" }.into()),
                     image: Some(format!("{stem}.png")),
                     error_image: Some(format!("{stem}-error.png")),
+                    error_histogram: Some(histogram),
                     ..record(volume, codec)
                 });
             };
@@ -211,8 +232,8 @@ fn sample_report_is_whole_and_needs_no_network() {
         assert_eq!(count(&html, &format!("<section id=\"{section}\">")), 1, "{section}");
         assert_eq!(count(&html, &format!("href=\"#{section}\"")), 1, "{section}");
     }
-    // Two of both volumes; per volume: voxels, picture, encoding, decoding, frame time, two of memory.
-    assert_eq!(count(&html, "<svg class=\"chart\""), 2 + 2 * 7);
+    // Two of both volumes; per volume: voxels, picture, encoding, decoding, frame time, two of memory, errors.
+    assert_eq!(count(&html, "<svg class=\"chart\""), 2 + 2 * 8);
     // Per volume a reference; per cell a picture and its error.
     assert_eq!(count(&html, "src=\"data:image/png;base64,"), 2 + 2 * records.len());
     assert_eq!(count(&html, "<tr class=\"failed\""), 1);
@@ -220,6 +241,25 @@ fn sample_report_is_whole_and_needs_no_network() {
     assert!(html.contains(">lossless</text>") && html.contains(">identical</text>"));
     assert!(html.contains("baseline: raw texture, hardware linear filter"));
     assert!(html.contains("codec raw offers no fetch of a whole cell"));
+}
+
+/// `docs/evaluation.md` names every chart by the last part of its files' names.
+#[test]
+fn every_chart_is_described() {
+    let folder = tempfile::tempdir().unwrap();
+    let (provenance, records, _) = sample(folder.path());
+    let palette = charts::Palette::new(&records);
+    let figures = charts::figures(folder.path(), &records, &provenance, &palette);
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/evaluation.md");
+    let docs = std::fs::read_to_string(path).unwrap();
+    let described = |kind: &str| docs.contains(&format!("`{kind}`"));
+    for figure in &figures {
+        assert!(figure.name.contains(&figure.kind), "{}", figure.name);
+        assert!(described(&figure.kind), "docs/evaluation.md does not describe the chart `{}`", figure.kind);
+    }
+    let kinds: std::collections::BTreeSet<&str> = figures.iter().map(|f| f.kind.as_str()).collect();
+    assert_eq!(kinds.len(), 10, "{kinds:?}");
+    assert!(!described("a-chart-that-is-not"));
 }
 
 #[test]

@@ -44,6 +44,14 @@ fn blocks(device: &Device, decoder: &dyn Decoder) -> VolumeTexture {
     VolumeTexture::upload_blocks(device, decoder.layout(), &blocks).unwrap()
 }
 
+/// What a texture unit makes of blocks, as a volume of its own.
+fn held(device: &Device, decoder: &dyn Decoder) -> Box<dyn Decoder> {
+    let layout = VolumeLayout { sample: SampleType::F32, ..decoder.layout().clone() };
+    let values = blocks(device, decoder).read(device).unwrap();
+    let volume = DenseVolume::new(layout, Samples::F32(values)).unwrap();
+    encoded(codec("raw").as_ref(), &settings(&[]), &FiniteVolume::new(volume))
+}
+
 /// As a run would upload it, and what it then enters into a record.
 fn entered(device: &Device, decoder: &dyn Decoder) -> (Record, Result<(), String>) {
     let frame = Arc::new(DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap());
@@ -105,7 +113,9 @@ fn pictures_are_those_of_the_shader_and_of_the_mirror() {
     for size in [ODD, [24, 20, 16], [30, 9, 14]] {
         let decoder = bc4(&textured(size, [1.0, 1.5, 0.7], SampleType::U8));
         let by_unit = DrawSource::Texture(Arc::new(blocks(device, decoder.as_ref())));
-        let by_shader = source(device, Site::Inline, "bc4", decoder.as_ref());
+        // Units interpolate levels each in its own way, which the test above holds: pictures are of what they make.
+        let held = held(device, decoder.as_ref());
+        let by_shader = source(device, Site::Inline, "raw", held.as_ref());
         let mut worst = 0.0_f32;
         for (i, view) in views().into_iter().enumerate() {
             for filter in [Filter::Linear, Filter::Nearest] {
@@ -113,7 +123,7 @@ fn pictures_are_those_of_the_shader_and_of_the_mirror() {
                 let (found, filtering) = draw(device, &view, &by_unit);
                 assert_eq!(filtering == TextureSampling::Hardware, filter == Filter::Linear);
                 let name = format!("{size:?} {filter}, view {i}");
-                let mirror = mirror(&view, decoder.as_ref());
+                let mirror = mirror(&view, held.as_ref());
                 for expected in [draw(device, &view, &by_shader).0, mirror] {
                     let agreement = AgreementRule::HARDWARE.check(&expected, &found);
                     let agreement = agreement.unwrap_or_else(|e| panic!("{name}: {e}"));

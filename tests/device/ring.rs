@@ -75,7 +75,12 @@ fn compare(device: &Device, id: &str, decoder: &dyn Decoder, view: &View, name: 
     let agreement = agreement.unwrap_or_else(|e| panic!("{name}, whole frame: {e}"));
     assert!(agreement.visible_pixels > 0, "{name}: an empty picture");
     let mirror = mirror_by(&SLICING, view, decoder);
-    rule(drawing.filtering()).check(&mirror, &from_ring).unwrap_or_else(|e| panic!("{name}, mirror: {e}"));
+    let mut rule = rule(drawing.filtering());
+    if view.filter == Filter::Nearest && view.shading.is_some() {
+        // A sample on a voxel's face may fall to either side, and its gradient lights it from elsewhere.
+        rule.limit = 8.0 / 255.0;
+    }
+    rule.check(&mirror, &from_ring).unwrap_or_else(|e| panic!("{name}, mirror: {e}"));
     agreement.max_difference * 255.0
 }
 

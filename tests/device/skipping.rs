@@ -25,7 +25,7 @@ const SIZE: [u32; 3] = [27, 33, 18];
 
 /// Single voxels on faces, edges and corners of macrocells, and a block; empty otherwise. Signed, so that texels of the
 /// sites *deferred* and *host* have an offset.
-fn sparse(sample: SampleType) -> FiniteVolume {
+pub fn sparse(sample: SampleType) -> FiniteVolume {
     let hot = [[8, 12, 3], [7, 24, 12], [16, 15, 8], [0, 0, 0], [26, 32, 17]];
     volume(SIZE, [1.0, 0.8, 1.9], sample, |p| {
         let block = p[0] >= 17 && p[1] < 7 && p[2] < 8;
@@ -41,7 +41,7 @@ fn band(from: f32) -> Arc<TransferFunction> {
 }
 
 /// Views in each of which much is new.
-fn views(filter: Filter) -> [View; 4] {
+pub fn views(filter: Filter) -> [View; 4] {
     let view = |camera, step_voxels, from| View {
         size: [65, 49],
         camera,
@@ -64,19 +64,19 @@ fn views(filter: Filter) -> [View; 4] {
     ]
 }
 
-fn macrocells(decoder: &dyn Decoder, view: &View) -> Arc<Macrocells> {
+pub fn macrocells(decoder: &dyn Decoder, view: &View) -> Arc<Macrocells> {
     let stop = AtomicBool::new(false);
     let ranges = MacrocellRanges::decode(decoder, FrameIndex::FIRST, Level::FULL, &stop).unwrap().unwrap();
     Arc::new(ranges.classify(&view.transfer_function))
 }
 
 /// Pixels that differ in any bit.
-fn mismatches(a: &Image, b: &Image) -> usize {
+pub fn mismatches(a: &Image, b: &Image) -> usize {
     let bits = |p: &[f32; 4]| p.map(f32::to_bits);
     a.pixels().iter().zip(b.pixels()).filter(|(a, b)| bits(a) != bits(b)).count()
 }
 
-fn visible(image: &Image) -> usize {
+pub fn visible(image: &Image) -> usize {
     image.pixels().iter().filter(|p| p[3] > 0.0).count()
 }
 

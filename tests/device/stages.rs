@@ -53,9 +53,9 @@ fn every_level_of_every_payload_is_that_of_the_cpu() {
     let folder = tempfile::tempdir().unwrap();
     let outcome = run(&Names::new().unwrap(), &config, &Target::Device(device.clone()), folder.path());
     let own: Vec<_> = outcome.records.iter().filter(|r| r.codec == "tvq").collect();
-    assert_eq!(own.len(), 24, "three sites, four levels, two payloads");
+    assert_eq!(own.len(), 32, "three sites, inline under both linear filters; four levels, two payloads");
     for cell in own {
-        let name = format!("{:?} {} {}", cell.stages, cell.site, cell.settings);
+        let name = format!("{:?} {} {} {}", cell.stages, cell.site, cell.filter, cell.settings);
         assert_eq!((cell.status, &cell.error), (Status::Ok, &None), "{name}");
         if cell.site != "host" {
             assert_eq!(cell.parity_mismatches, Some(0), "{name}");

@@ -64,6 +64,7 @@ impl Default for Haar {
                 kind: SettingKind::Integer { min: 0, max: 6 },
                 default: "2",
             }],
+            methods: &[],
         };
         Self { info, passes: Passes::default() }
     }

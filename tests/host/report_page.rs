@@ -42,8 +42,8 @@ transfer_function = [[60, "#00000000"], [255, "#ffffffff"]]
 const HOSTILE: &str = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
 
 /// Charts of the report: two of both volumes; per volume one of voxels, two of each device (encoding, decoding), one of
-/// each of two views, and the frame time of each view on each device. The mirror has no device memory to budget.
-const CHARTS: usize = 2 + 2 * (1 + 2 * 2 + 2 + 2 * 2);
+/// each of two views, the frame time of each view on each device, and one of errors. The mirror has no device memory to budget.
+const CHARTS: usize = 2 + 2 * (1 + 2 * 2 + 2 + 2 * 2 + 1);
 
 /// A report of two volumes, one of them of a hostile name, two devices and a failed cell; with its folder.
 fn report() -> &'static Folder {
@@ -55,6 +55,9 @@ fn report() -> &'static Folder {
         let mut results = Results::read(&folder.path("out/results.json")).unwrap();
         for record in results.records.iter_mut().filter(|r| r.volume == "noise") {
             record.volume = HOSTILE.to_owned();
+        }
+        for volume in results.provenance.volumes.iter_mut().filter(|v| v.name == "noise") {
+            volume.name = HOSTILE.to_owned();
         }
         for picture in results.provenance.references.iter_mut().filter(|p| p.volume == "noise") {
             picture.volume = HOSTILE.to_owned();
@@ -232,9 +235,13 @@ fn every_chart_lies_beside_the_report_and_none_of_an_earlier_one() {
             let lines: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().unwrap();
             assert!(!lines.is_empty(), "{name}");
             // Of charts whose marks are no cells, or tell more than two values, the sheet has columns of its own.
-            if headers.len() == 12 {
+            if headers.len() == 13 {
                 plain += 1;
-                assert_eq!((&headers[0], &headers[11]), ("volume", "unbeaten"), "{name}");
+                assert_eq!(
+                    [&headers[0], &headers[11], &headers[12]],
+                    ["volume", "unbeaten", "series"],
+                    "{name}"
+                );
                 assert!(lines.iter().any(|l| &l[11] == "true"), "{name}");
                 assert!(lines.iter().all(|l| l[9].parse::<f64>().is_ok() && l[10].parse::<f64>().is_ok()));
             }
@@ -242,7 +249,11 @@ fn every_chart_lies_beside_the_report_and_none_of_an_earlier_one() {
             assert!(at.is_none_or(|at| lines.iter().all(|l| l[at].parse::<f64>().is_ok())), "{name}");
         }
     }
-    assert_eq!(plain, CHARTS - 2 - 2 * 2, "all but means over volumes, and decoding on two devices");
+    assert_eq!(
+        plain,
+        CHARTS - 2 - 2 * 2 - 2,
+        "all but means over volumes, decoding on two devices, and errors"
+    );
     assert!(!files.iter().any(|name| name.contains("noise")), "the names before they were changed");
 }
 

@@ -107,6 +107,15 @@ fn the_pass(plan: &Plan) -> &Pass {
     pass
 }
 
+/// A pass, and what follows its rays in pieces where it follows rays.
+fn and_in_pieces(pass: &Pass) -> Vec<Pass> {
+    let in_pieces = match pass {
+        Pass::Compute(compute) => compute.in_pieces().map(Pass::Compute),
+        _ => None,
+    };
+    [Some(pass.clone()), in_pieces].into_iter().flatten().collect()
+}
+
 #[test]
 fn every_scene_of_every_renderer_is_generated_and_validated() {
     let names = Names::new().unwrap();
@@ -160,9 +169,11 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
             }
             let problems: Vec<String> = distinct
                 .par_iter()
-                .filter_map(|(key, (pass, filter, site, sampling))| {
+                .flat_map(|(key, (pass, filter, site, sampling))| {
                     let source = source(id, decoder.as_ref(), *site, *sampling);
-                    made(pass, *filter, decoder.as_ref(), &source).err().map(|e| format!("{id} {key}: {e}"))
+                    let made = |pass| made(&pass, *filter, decoder.as_ref(), &source).err();
+                    let problems = and_in_pieces(pass).into_iter().filter_map(made);
+                    problems.map(|e| format!("{id} {key}: {e}")).collect::<Vec<_>>()
                 })
                 .collect();
             assert!(problems.is_empty(), "{}", problems.join("\n"));
@@ -187,15 +198,17 @@ fn no_module_can_be_left_out() {
         for optics in [Optics::default(), Optics::EVERYTHING] {
             let view = optics.of(view(Filter::Linear, Projection::Perspective), decoder.as_ref());
             let whole = renderer.plan(&view, decoder.layout()).unwrap();
-            made(the_pass(&whole), view.filter, decoder.as_ref(), &source).unwrap();
-            for i in 0..the_pass(&whole).templates().len() {
-                let [mut without, mut twice] = [the_pass(&whole).clone(), the_pass(&whole).clone()];
-                let file = templates(&mut without).remove(i).file;
-                let again = templates(&mut twice)[i];
-                templates(&mut twice).push(again);
-                for wrong in [without, twice] {
-                    let found = made(&wrong, view.filter, decoder.as_ref(), &source);
-                    assert!(found.is_err(), "{label}: {file} is not needed, or may stand twice");
+            for pass in and_in_pieces(the_pass(&whole)) {
+                made(&pass, view.filter, decoder.as_ref(), &source).unwrap();
+                for i in 0..pass.templates().len() {
+                    let [mut without, mut twice] = [pass.clone(), pass.clone()];
+                    let file = templates(&mut without).remove(i).file;
+                    let again = templates(&mut twice)[i];
+                    templates(&mut twice).push(again);
+                    for wrong in [without, twice] {
+                        let found = made(&wrong, view.filter, decoder.as_ref(), &source);
+                        assert!(found.is_err(), "{label}: {file} is not needed, or may stand twice");
+                    }
                 }
             }
         }

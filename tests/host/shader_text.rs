@@ -62,15 +62,33 @@ fn parts(text: &str) -> Vec<&str> {
     text.lines().filter_map(|line| line.strip_prefix("// ==== ")).collect()
 }
 
+/// What a block calls, itself or in blocks within it.
+fn calls_of(block: &naga::Block, callees: &mut Vec<naga::Handle<naga::Function>>) {
+    for statement in block {
+        match statement {
+            naga::Statement::Call { function, .. } => callees.push(*function),
+            naga::Statement::Block(inner) => calls_of(inner, callees),
+            naga::Statement::If { accept, reject, .. } => {
+                [accept, reject].into_iter().for_each(|b| calls_of(b, callees));
+            }
+            naga::Statement::Loop { body, continuing, .. } => {
+                [body, continuing].into_iter().for_each(|b| calls_of(b, callees));
+            }
+            naga::Statement::Switch { cases, .. } => {
+                cases.iter().for_each(|case| calls_of(&case.body, callees));
+            }
+            _ => {}
+        }
+    }
+}
+
 /// Functions that nothing calls, directly or through others, from the entry point.
 fn unused(text: &str) -> Vec<String> {
     let module = naga::front::wgsl::parse_str(text).unwrap();
     let calls = |function: &naga::Function| {
-        let results = function.expressions.iter().filter_map(|(_, e)| match e {
-            naga::Expression::CallResult(callee) => Some(*callee),
-            _ => None,
-        });
-        results.collect::<Vec<_>>()
+        let mut callees = Vec::new();
+        calls_of(&function.body, &mut callees);
+        callees
     };
     let mut used = std::collections::HashSet::new();
     let mut open: Vec<_> = module.entry_points.iter().flat_map(|e| calls(&e.function)).collect();
@@ -212,6 +230,16 @@ fn templates_bring_no_function_that_nothing_calls() {
                 }
             }
         }
+    }
+}
+
+/// A picture that needs no pieces of rays has nothing of them in its shader.
+#[test]
+fn rays_at_once_know_no_pieces() {
+    let text = text(&S3DC);
+    assert!(parts(&text).contains(&"shaders/raycasting/at_once.wgsl"));
+    for word in ["progress", "pieces", "in_pieces.wgsl"] {
+        assert!(!text.contains(word), "{word}");
     }
 }
 

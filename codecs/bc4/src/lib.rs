@@ -44,6 +44,7 @@ static INFO: CodecInfo = CodecInfo {
         kind: SettingKind::Choice(Quality::NAMES),
         default: "search",
     }],
+    methods: &["quality"],
 };
 
 /// The codec `bc4`.

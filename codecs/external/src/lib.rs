@@ -73,6 +73,7 @@ static INFO: CodecInfo = CodecInfo {
             default: "600",
         },
     ],
+    methods: &["sample"],
 };
 
 /// The codec `external`. It runs the commands of streams that it has written itself, and no others: see [`Trust`].

@@ -174,16 +174,21 @@ impl Frame<'_> {
         [self.lane(low_word, low), self.lane(high_word, high)]
     }
 
+    /// Levels of the means of channel `c` at both ends of a row, fetched once when they are one block's.
+    #[inline]
+    fn means(&self, heads: [Head; 2], c: usize) -> [i32; 2] {
+        let low = self.mean(heads[0][0], c);
+        if heads[0][0] == heads[1][0] {
+            return [low, low];
+        }
+        [low, self.mean(heads[1][0], c)]
+    }
+
     /// Channel `c` at both ends of a row, `a` and `b` being their places in their blocks.
     #[inline]
-    fn pair(&self, heads: [Head; 2], a: [u32; 3], b: [u32; 3], c: usize) -> [f32; 2] {
+    fn pair(&self, heads: [Head; 2], means: [i32; 2], a: [u32; 3], b: [u32; 3], c: usize) -> [f32; 2] {
         let [low, high] = heads;
-        let low_mean = self.mean(low[0], c);
-        let mut high_mean = low_mean;
-        if high[0] != low[0] {
-            high_mean = self.mean(high[0], c);
-        }
-        let mut levels = [low_mean, high_mean];
+        let mut levels = means;
         if self.stages > 1 {
             let (low, high) = (low[1] + self.sub_block(a) + c, high[1] + self.sub_block(b) + c);
             let codes = self.code_pair(self.geometry.coarse.first, low, high);
@@ -209,26 +214,39 @@ impl Frame<'_> {
     pub fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> [Voxel; 8] {
         let (from, to) = (p.map(|p| p / EDGE), q.map(|q| q / EDGE));
         let (a, b) = (p.map(|p| p % EDGE), q.map(|q| q % EDGE));
+        let (across_y, across_z) = (to[1] != from[1], to[2] != from[2]);
         let heads_00 = self.heads(from[0], to[0], from[1], from[2]);
         let mut heads_10 = heads_00;
-        if to[1] != from[1] {
+        if across_y {
             heads_10 = self.heads(from[0], to[0], to[1], from[2]);
         }
         let mut heads_01 = heads_00;
         let mut heads_11 = heads_10;
-        if to[2] != from[2] {
+        if across_z {
             heads_01 = self.heads(from[0], to[0], from[1], to[2]);
             heads_11 = heads_01;
-            if to[1] != from[1] {
+            if across_y {
                 heads_11 = self.heads(from[0], to[0], to[1], to[2]);
             }
         }
-        let rows =
-            [(heads_00, a[1], a[2]), (heads_10, b[1], a[2]), (heads_01, a[1], b[2]), (heads_11, b[1], b[2])];
         let mut out = [[0.0; 4]; 8];
         for c in 0..self.geometry.channels as usize {
-            for ((heads, y, z), out) in rows.into_iter().zip(out.chunks_exact_mut(2)) {
-                let pair = self.pair(heads, [a[0], y, z], [b[0], y, z], c);
+            let means_00 = self.means(heads_00, c);
+            let means_10 = if across_y { self.means(heads_10, c) } else { means_00 };
+            let means_01 = if across_z { self.means(heads_01, c) } else { means_00 };
+            let means_11 = match (across_y, across_z) {
+                (true, true) => self.means(heads_11, c),
+                (true, false) => means_10,
+                (false, _) => means_01,
+            };
+            let rows = [
+                (heads_00, means_00, a[1], a[2]),
+                (heads_10, means_10, b[1], a[2]),
+                (heads_01, means_01, a[1], b[2]),
+                (heads_11, means_11, b[1], b[2]),
+            ];
+            for ((heads, means, y, z), out) in rows.into_iter().zip(out.chunks_exact_mut(2)) {
+                let pair = self.pair(heads, means, [a[0], y, z], [b[0], y, z], c);
                 out[0][c] = pair[0];
                 out[1][c] = pair[1];
             }

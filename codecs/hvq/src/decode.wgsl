@@ -105,13 +105,16 @@ fn hvq_code_pair(first: u32, low: u32, high: u32) -> vec2<i32> {
     return vec2<i32>(hvq_lane(low_word, low), hvq_lane(high_word, high));
 }
 
-fn hvq_pair(heads: hvq_heads, a: vec3<u32>, b: vec3<u32>, c: u32) -> vec2<f32> {
-    let low_mean = hvq_mean(heads.low.x, c);
-    var high_mean = low_mean;
-    if heads.high.x != heads.low.x {
-        high_mean = hvq_mean(heads.high.x, c);
+fn hvq_means(heads: hvq_heads, c: u32) -> vec2<i32> {
+    let low = hvq_mean(heads.low.x, c);
+    if heads.low.x == heads.high.x {
+        return vec2<i32>(low, low);
     }
-    var levels = vec2<i32>(low_mean, high_mean);
+    return vec2<i32>(low, hvq_mean(heads.high.x, c));
+}
+
+fn hvq_pair(heads: hvq_heads, means: vec2<i32>, a: vec3<u32>, b: vec3<u32>, c: u32) -> vec2<f32> {
+    var levels = means;
     if hvq_stages() > 1u {
         let low = heads.low.y + hvq_sub_block(a) + c;
         let high = heads.high.y + hvq_sub_block(b) + c;
@@ -134,26 +137,42 @@ fn hvq_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8> {
     let high_block = w / 4u;
     let a = v & vec3<u32>(3u);
     let b = w & vec3<u32>(3u);
+    let across_y = high_block.y != low_block.y;
+    let across_z = high_block.z != low_block.z;
     let heads_00 = hvq_heads_of(low_block.x, high_block.x, low_block.y, low_block.z);
     var heads_10 = heads_00;
-    if high_block.y != low_block.y {
+    if across_y {
         heads_10 = hvq_heads_of(low_block.x, high_block.x, high_block.y, low_block.z);
     }
     var heads_01 = heads_00;
     var heads_11 = heads_10;
-    if high_block.z != low_block.z {
+    if across_z {
         heads_01 = hvq_heads_of(low_block.x, high_block.x, low_block.y, high_block.z);
         heads_11 = heads_01;
-        if high_block.y != low_block.y {
+        if across_y {
             heads_11 = hvq_heads_of(low_block.x, high_block.x, high_block.y, high_block.z);
         }
     }
     var out: array<vec4<f32>, 8>;
     for (var c = 0u; c < hvq_channels; c++) {
-        let pair_00 = hvq_pair(heads_00, a, vec3<u32>(b.x, a.y, a.z), c);
-        let pair_10 = hvq_pair(heads_10, vec3<u32>(a.x, b.y, a.z), vec3<u32>(b.x, b.y, a.z), c);
-        let pair_01 = hvq_pair(heads_01, vec3<u32>(a.x, a.y, b.z), vec3<u32>(b.x, a.y, b.z), c);
-        let pair_11 = hvq_pair(heads_11, vec3<u32>(a.x, b.y, b.z), b, c);
+        let means_00 = hvq_means(heads_00, c);
+        var means_10 = means_00;
+        if across_y {
+            means_10 = hvq_means(heads_10, c);
+        }
+        var means_01 = means_00;
+        var means_11 = means_10;
+        if across_z {
+            means_01 = hvq_means(heads_01, c);
+            means_11 = means_01;
+            if across_y {
+                means_11 = hvq_means(heads_11, c);
+            }
+        }
+        let pair_00 = hvq_pair(heads_00, means_00, a, vec3<u32>(b.x, a.y, a.z), c);
+        let pair_10 = hvq_pair(heads_10, means_10, vec3<u32>(a.x, b.y, a.z), vec3<u32>(b.x, b.y, a.z), c);
+        let pair_01 = hvq_pair(heads_01, means_01, vec3<u32>(a.x, a.y, b.z), vec3<u32>(b.x, a.y, b.z), c);
+        let pair_11 = hvq_pair(heads_11, means_11, vec3<u32>(a.x, b.y, b.z), b, c);
         out[0][c] = pair_00.x;
         out[1][c] = pair_00.y;
         out[2][c] = pair_10.x;

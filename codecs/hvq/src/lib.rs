@@ -112,6 +112,7 @@ static INFO: CodecInfo = CodecInfo {
             default: "1",
         },
     ],
+    methods: &["tables", "draw", "init"],
 };
 
 /// The codec `hvq`.

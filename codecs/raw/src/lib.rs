@@ -32,6 +32,7 @@ static INFO: CodecInfo = CodecInfo {
         kind: SettingKind::Choice(&["native", "8", "half"]),
         default: "native",
     }],
+    methods: &[],
 };
 
 /// The codec `raw`.

@@ -49,6 +49,7 @@ static INFO: CodecInfo = CodecInfo {
             default: "4",
         },
     ],
+    methods: &[],
 };
 
 /// The codec `s3dc`.

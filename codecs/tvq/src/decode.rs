@@ -1,5 +1,5 @@
-//! One voxel out of a mean and sums of codewords: the twin of decode.wgsl, function for function. This one defines the
-//! codec.
+//! Voxels and cells out of means and sums of codewords: the twin of decode.wgsl, but that cells are put together block by
+//! block here, and there codebook by codebook, in which neighbouring invocations keep together. This one defines the codec.
 
 use crate::geometry::{
     BOOK_WORDS, BRICK, EDGE, Geometry, MOST_BOOKS, Payload, TABLE_HEAD, TOP, VOXELS, number,
@@ -24,6 +24,9 @@ pub struct Frame<'a> {
 
 /// A voxel: one value per channel, 0 where there is no channel.
 pub type Voxel = [f32; 4];
+
+/// Sums of one block at the ends of a cell's four rows along x; bit 0 of a row's number is y, bit 1 is z.
+pub type Ends = [[i32; 2]; 4];
 
 /// What a block is the sum of, but for the place in it.
 #[derive(Copy, Clone, Debug)]
@@ -213,6 +216,25 @@ impl Frame<'_> {
         terms.mean + codes.map(|(book, code)| self.term(*book, *code, place)).sum::<i32>()
     }
 
+    /// Sums from place `low` to place `high` of a block.
+    ///
+    /// # Panics
+    /// When there is no such place.
+    #[must_use]
+    #[inline]
+    pub fn ends(&self, terms: &Terms, low: [u32; 3], high: [u32; 3]) -> Ends {
+        let mut sums = [[terms.mean; 2]; 4];
+        for &(book, code) in &terms.codes[..terms.count] {
+            for (row, sums) in sums.iter_mut().enumerate() {
+                let y = if row & 1 == 1 { high[1] } else { low[1] };
+                let z = if row & 2 == 2 { high[2] } else { low[2] };
+                sums[0] += self.term(book, code, place([low[0], y, z]));
+                sums[1] += self.term(book, code, place([high[0], y, z]));
+            }
+        }
+        sums
+    }
+
     /// The voxel at `p`.
     ///
     /// # Panics
@@ -224,6 +246,35 @@ impl Frame<'_> {
         let mut out = [0.0; 4];
         for (c, out) in (0..self.geometry.channels).zip(&mut out) {
             *out = self.value(self.sum(&self.terms(block, c), place));
+        }
+        out
+    }
+
+    /// The corners of the cell from `p` to `q`: corner `i` takes x from bit 0, y from bit 1, z from bit 2 of `i`. Equal
+    /// to eight calls of [`Frame::fetch`]; what each of the one to eight blocks is the sum of is found once.
+    ///
+    /// # Panics
+    /// When a corner lies outside.
+    #[must_use]
+    pub fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> [Voxel; 8] {
+        // Axes along which the cell reaches into another block.
+        let crossed = [0, 1, 2].map(|a| u32::from(p[a] / EDGE != q[a] / EDGE));
+        let shifts = [0, crossed[0], crossed[0] + crossed[1]];
+        let mut out = [[0.0; 4]; 8];
+        for c in 0..self.geometry.channels {
+            for k in 0..1_u32 << (shifts[2] + crossed[2]) {
+                let side = [0, 1, 2].map(|a| (k >> shifts[a]) & crossed[a]);
+                let from = [0, 1, 2].map(|a| if side[a] == 0 { p[a] } else { q[a] });
+                let to = [0, 1, 2].map(|a| if side[a] == crossed[a] { q[a] } else { p[a] });
+                let terms = self.terms(from.map(|v| v / EDGE), c);
+                let sums = self.ends(&terms, from.map(|v| v % EDGE), to.map(|v| v % EDGE));
+                for (i, out) in out.iter_mut().enumerate() {
+                    // The corner's end of each axis that the cell crosses must be this block's.
+                    if (0..3).all(|a| crossed[a] == 0 || (i >> a & 1) as u32 == side[a]) {
+                        out[c as usize] = self.value(sums[i >> 1][i & 1]);
+                    }
+                }
+            }
         }
         out
     }

@@ -8,7 +8,7 @@ use cvr_core::codec::{
     TexelFormat, WgslModule, check_key, check_stream, decode_region,
 };
 use cvr_core::container::{Element, EncodedVolume, Tensor};
-use cvr_core::volume::{BrickKey, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout};
+use cvr_core::volume::{BrickKey, Extent, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout};
 
 use crate::check::check_frame;
 use crate::decode::{Frame, Terms, place};
@@ -182,11 +182,8 @@ impl Decoder for TvqDecoder {
         check_key(&self.layout, key)?;
         let frame = self.frame(key.frame, key.level);
         let row = |start, out: &mut [f32]| self.decode_row(&frame, start, out);
-        let cell = |p: [u32; 3], q: [u32; 3]| {
-            let corner = |i: usize| frame.fetch([0, 1, 2].map(|a| if i >> a & 1 == 1 { q[a] } else { p[a] }));
-            std::array::from_fn(corner)
-        };
-        decode_region(key.region, self.layout.channels, out, |p| frame.fetch(p), cell, row);
+        let (fetch, cell) = (|p| frame.fetch(p), |p, q| frame.fetch_cell(p, q));
+        decode_region(key.region, self.layout.channels, out, fetch, cell, row);
         Ok(())
     }
 
@@ -226,6 +223,11 @@ impl ShaderDecode for TvqDecoder {
         let u32 = |name, value| Constant { name, value: ConstantValue::U32(value) };
         let f32 = |name, value| Constant { name, value: ConstantValue::F32(value) };
         let vec3 = |name, value| Constant { name, value: ConstantValue::Vec3U32(value) };
+        // What is the same for all blocks of all frames is no load from a buffer.
+        let one_table = g.tables == 1 && g.sub_grid == Extent::ONE;
+        let words = if one_table { &self.tables.words()[..g.table_words() as usize] } else { &[] };
+        let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
+        let of_books = |i: u32| [0, 1, 2].map(|b| word(TABLE_HEAD + BOOK_WORDS * b + i));
         WgslModule {
             file: "codecs/tvq/src/decode.wgsl",
             source: include_str!("decode.wgsl"),
@@ -240,6 +242,11 @@ impl ShaderDecode for TvqDecoder {
                 u32("table_words", TABLE_HEAD + BOOK_WORDS * g.books),
                 u32("entry_bits", g.entry_bits),
                 u32("lanes_log2", g.lanes_log2()),
+                u32("one_table", u32::from(one_table)),
+                vec3("one_means", [word(0), word(1), word(2)]),
+                vec3("one_planes", [word(3), word(4), 0]),
+                vec3("one_firsts", of_books(0)),
+                vec3("one_forms", of_books(2)),
                 f32("offset", g.quantiser.offset()),
                 f32("unit", g.quantiser.step()),
             ],

@@ -48,13 +48,14 @@ static INFO: CodecInfo = CodecInfo {
     summary: "a mean per block, and a sum of codewords: inverse transforms by class and partition",
     stream_version: 1,
     sites: &[Site::Inline, Site::Host],
-    fetch_cell: false,
+    fetch_cell: true,
     paper: Some(Paper {
         authors: "N. Fout, K.-L. Ma",
         title: "Transform Coding for Hardware-accelerated Volume Rendering",
         venue: "IEEE Transactions on Visualization and Computer Graphics 13 (6), 2007",
     }),
     settings: settings::SETTINGS,
+    methods: settings::METHODS,
 };
 
 /// The codec `tvq`.

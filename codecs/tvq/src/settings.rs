@@ -108,6 +108,11 @@ pub const SETTINGS: &[Setting] = &[
     },
 ];
 
+/// What makes another method of it: other quantisers, transforms or trainings. The others are dials of rate and quality, or of
+/// the time that encoding takes.
+pub const METHODS: &[&str] =
+    &["payload", "transform", "codevectors", "classification", "subvolume", "tables", "init"];
+
 /// What is to be reached.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Target {

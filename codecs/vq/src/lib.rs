@@ -95,6 +95,7 @@ static INFO: CodecInfo = CodecInfo {
             default: "1",
         },
     ],
+    methods: &["tables", "draw", "init"],
 };
 
 /// The codec `vq`.

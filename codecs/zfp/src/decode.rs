@@ -1,4 +1,4 @@
-//! One voxel out of the bits of its block: the twin of decode.wgsl, function for function. This one defines the codec.
+//! Voxels and cells out of the bits of their blocks: the twin of decode.wgsl, function for function. This one defines the codec.
 
 use crate::geometry::{EDGE, Geometry, HEADER_BITS};
 use crate::lift::{COLUMNS, inverse};
@@ -47,45 +47,79 @@ fn take(words: &[u32], place: Place, at: u32, count: u32) -> u32 {
     bits & (u32::MAX >> (32 - count))
 }
 
-/// Coefficients from the lowest frequency on, in negabinary: planes from the highest down, until a block's bits end.
+/// Planes of bits, the lowest first, from the highest down until a block's bits end: bit `i` of the 64 of a plane is that
+/// of coefficient `i`, counted from the lowest frequency.
 #[inline]
-fn coefficients(words: &[u32], place: Place, block_bits: u32) -> [u32; 64] {
-    let mut out = [0; 64];
-    let (mut at, mut reached, mut plane) = (HEADER_BITS, 0, 32);
-    while plane > 0 && at < block_bits {
-        plane -= 1;
-        let known = reached.min(block_bits - at);
-        for first in (0..known).step_by(32) {
-            let mut bits = take(words, place, at + first, (known - first).min(32));
-            while bits != 0 {
-                out[(first + bits.trailing_zeros()) as usize] |= 1 << plane;
-                bits &= bits - 1;
-            }
+fn planes(words: &[u32], place: Place, block_bits: u32) -> [[u32; 2]; 32] {
+    let mut out = [[0; 2]; 32];
+    let (mut at, mut reached) = (HEADER_BITS, 0);
+    for out in out.iter_mut().rev() {
+        if at >= block_bits {
+            break;
         }
+        let known = reached.min(block_bits - at);
+        let mut low = take(words, place, at, known.min(32));
+        let mut high = take(words, place, at + 32, known.max(32) - 32);
         at += known;
-        let mut announced = false;
+        let (mut announced, mut window, mut left) = (false, 0_u32, 0);
         while at < block_bits && reached < 64 {
-            let width = (block_bits - at).min(32);
-            let (mut window, mut span) = (take(words, place, at, width), width);
+            if left == 0 {
+                left = (block_bits - at).min(32);
+                window = take(words, place, at, left);
+            }
             if !announced {
                 at += 1;
-                if window & 1 == 0 {
+                left -= 1;
+                let any = window & 1;
+                window >>= 1;
+                if any == 0 {
                     break;
                 }
-                window >>= 1;
-                span -= 1;
             }
             // The last coefficient needs no bit: the test has told it.
-            span = span.min(63 - reached);
+            let span = left.min(63 - reached);
             let zeros = window.trailing_zeros().min(span);
+            let used = zeros + u32::from(zeros < span);
             reached += zeros;
-            at += zeros + u32::from(zeros < span);
+            at += used;
+            left -= used;
+            // Of a window that is used up nothing is left to be shifted.
+            window = window.wrapping_shr(used);
             announced = zeros == span && at < block_bits && reached < 63;
             if !announced {
-                out[reached as usize] |= 1 << plane;
+                let bit = 1 << (reached & 31);
+                low |= if reached < 32 { bit } else { 0 };
+                high |= if reached < 32 { 0 } else { bit };
                 reached += 1;
             }
         }
+        *out = [low, high];
+    }
+    out
+}
+
+/// 32 words of 32 bits, mirrored at the diagonal: bit `j` of word `i` comes to bit `i` of word `j`. Squares of ever fewer
+/// bits change places with those across the diagonal (Warren, *Hacker's Delight*, section 7-3).
+#[inline]
+fn mirrored(mut words: [u32; 32]) -> [u32; 32] {
+    let masks = [(16, 0xffff), (8, 0xff_00ff), (4, 0x0f0f_0f0f), (2, 0x3333_3333), (1, 0x5555_5555)];
+    for (shift, low) in masks {
+        for i in (0..32).filter(|i| i & shift == 0) {
+            let other = ((words[i] >> shift) ^ words[i + shift]) & low;
+            words[i] ^= other << shift;
+            words[i + shift] ^= other;
+        }
+    }
+    words
+}
+
+/// Coefficients from the lowest frequency on, in negabinary.
+#[inline]
+fn coefficients(words: &[u32], place: Place, block_bits: u32) -> [u32; 64] {
+    let planes = planes(words, place, block_bits);
+    let mut out = [0; 64];
+    for (half, out) in out.chunks_exact_mut(32).enumerate() {
+        out.copy_from_slice(&mirrored(planes.map(|plane| plane[half])));
     }
     out
 }
@@ -108,16 +142,26 @@ pub(crate) fn column_block(words: &[u32], place: Place, block_bits: u32) -> Bloc
 }
 
 impl Block {
-    /// A row along x, transformed back along y.
+    /// Four lines along y, one for each x: a slice, transformed back along z and y.
     #[inline]
-    fn row(&self, y: usize, z: usize) -> [i32; 4] {
-        [0, 1, 2, 3].map(|x| inverse([0, 4, 8, 12].map(|row| self.columns[row + x][z]))[y])
+    fn slice(&self, z: usize) -> [[i32; 4]; 4] {
+        [0, 1, 2, 3].map(|x| inverse([0, 4, 8, 12].map(|row| self.columns[row + x][z])))
     }
 
     /// The value at a place in the block.
     #[inline]
     fn value(&self, [x, y, z]: [usize; 3]) -> f32 {
-        value(inverse(self.row(y, z))[x], self.exponent)
+        value(row(&self.slice(z), y)[x], self.exponent)
+    }
+
+    /// Values at the ends of a cell's four rows along x, all in this block; bit 0 of a row's number is y, bit 1 is z.
+    #[inline]
+    fn ends(&self, low: [usize; 3], high: [usize; 3]) -> [[f32; 2]; 4] {
+        let slices = [self.slice(low[2]), self.slice(high[2])];
+        [0, 1, 2, 3].map(|i: usize| {
+            let row = row(&slices[i >> 1], if i & 1 == 1 { high[1] } else { low[1] });
+            [low[0], high[0]].map(|x| value(row[x], self.exponent))
+        })
     }
 
     /// All 64 values, x fastest: equal to as many calls of [`Block::value`].
@@ -127,16 +171,21 @@ impl Block {
             return out;
         }
         for z in 0..4 {
-            let columns = [0, 1, 2, 3].map(|x| inverse([0, 4, 8, 12].map(|row| self.columns[row + x][z])));
+            let slice = self.slice(z);
             for y in 0..4 {
-                let row = inverse(columns.map(|column| column[y]));
-                for (x, integer) in row.into_iter().enumerate() {
+                for (x, integer) in row(&slice, y).into_iter().enumerate() {
                     out[z * 16 + y * 4 + x] = value(integer, self.exponent);
                 }
             }
         }
         out
     }
+}
+
+/// A row along x, transformed back.
+#[inline]
+fn row(slice: &[[i32; 4]; 4], y: usize) -> [i32; 4] {
+    inverse(slice.map(|line| line[y]))
 }
 
 /// An integer as a single, rounded to nearest, ties to even, times 2^(exponent − 157): by integer means alone, so that no
@@ -216,19 +265,22 @@ impl Frame<'_> {
     #[must_use]
     #[inline]
     pub fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> [Voxel; 8] {
-        let ends = [split(p), split(q)];
         // Axes along which the cell reaches into another block.
-        let crossed =
-            (0..3).filter(|a| ends[0].0[*a] != ends[1].0[*a]).fold(0, |crossed, a| crossed | 1 << a);
-        let of_end = |i: usize| [0, 1, 2].map(|a| &ends[i >> a & 1]);
+        let crossed = [0, 1, 2].map(|a| u32::from(p[a] / EDGE != q[a] / EDGE));
+        let shifts = [0, crossed[0], crossed[0] + crossed[1]];
         let mut out = [[0.0; 4]; 8];
         for c in 0..self.geometry.channels {
-            for b in (0..8).filter(|b| b & !crossed == 0) {
-                let [x, y, z] = of_end(b);
-                let block = self.block([x.0[0], y.0[1], z.0[2]], c);
-                for i in (0..8).filter(|i| i & crossed == b) {
-                    let [x, y, z] = of_end(i);
-                    out[i][c as usize] = block.value([x.1[0], y.1[1], z.1[2]]);
+            for k in 0..1_u32 << (shifts[2] + crossed[2]) {
+                let side = [0, 1, 2].map(|a| (k >> shifts[a]) & crossed[a]);
+                let from = [0, 1, 2].map(|a| if side[a] == 0 { p[a] } else { q[a] });
+                let to = [0, 1, 2].map(|a| if side[a] == crossed[a] { q[a] } else { p[a] });
+                let (block, low) = split(from);
+                let ends = self.block(block, c).ends(low, split(to).1);
+                for (i, out) in out.iter_mut().enumerate() {
+                    // The corner's end of each axis that the cell crosses must be this block's.
+                    if (0..3).all(|a| crossed[a] == 0 || (i >> a & 1) as u32 == side[a]) {
+                        out[c as usize] = ends[i >> 1][i & 1];
+                    }
                 }
             }
         }

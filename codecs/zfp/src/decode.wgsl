@@ -1,4 +1,4 @@
-// One voxel out of the bits of its block: the twin of decode.rs, function for function.
+// Voxels and cells out of the bits of their blocks: the twin of decode.rs, function for function.
 //
 // Constants: zfp_grid (vec3<u32>, blocks), zfp_channels, zfp_channel_words, zfp_block_bits. Resource: zfp_blocks.
 
@@ -24,47 +24,117 @@ fn zfp_take(place: vec2<u32>, at: u32, count: u32) -> u32 {
     return bits & (0xffffffffu >> (32u - count));
 }
 
-// Coefficients from the lowest frequency on, in negabinary: planes from the highest down, until a block's bits end.
-fn zfp_coefficients(place: vec2<u32>) -> array<u32, 64> {
-    var out: array<u32, 64>;
+// Planes of bits, the lowest first, from the highest down until a block's bits end: bit i of the 64 of a plane is that of
+// coefficient i, counted from the lowest frequency. All invocations write the same plane at the same time.
+fn zfp_planes(place: vec2<u32>) -> array<vec2<u32>, 32> {
+    var out: array<vec2<u32>, 32>;
     var at = 9u;
     var reached = 0u;
     var plane = 32u;
     while plane > 0u && at < zfp_block_bits {
         plane--;
         let known = min(reached, zfp_block_bits - at);
-        for (var first = 0u; first < known; first += 32u) {
-            var bits = zfp_take(place, at + first, min(known - first, 32u));
-            while bits != 0u {
-                out[first + firstTrailingBit(bits)] |= 1u << plane;
-                bits &= bits - 1u;
-            }
-        }
+        var low = zfp_take(place, at, min(known, 32u));
+        var high = zfp_take(place, at + 32u, max(known, 32u) - 32u);
         at += known;
         var announced = false;
+        var window = 0u;
+        var left = 0u;
         while at < zfp_block_bits && reached < 64u {
-            let width = min(zfp_block_bits - at, 32u);
-            var window = zfp_take(place, at, width);
-            var span = width;
+            if left == 0u {
+                left = min(zfp_block_bits - at, 32u);
+                window = zfp_take(place, at, left);
+            }
             if !announced {
                 at++;
-                if (window & 1u) == 0u {
+                left--;
+                let any = window & 1u;
+                window >>= 1u;
+                if any == 0u {
                     break;
                 }
-                window >>= 1u;
-                span--;
             }
             // The last coefficient needs no bit: the test has told it.
-            span = min(span, 63u - reached);
+            let span = min(left, 63u - reached);
             let zeros = min(firstTrailingBit(window), span);
+            let used = zeros + select(0u, 1u, zeros < span);
             reached += zeros;
-            at += zeros + select(0u, 1u, zeros < span);
+            at += used;
+            left -= used;
+            window >>= used;
             announced = zeros == span && at < zfp_block_bits && reached < 63u;
             if !announced {
-                out[reached] |= 1u << plane;
+                let bit = 1u << reached;
+                low |= select(0u, bit, reached < 32u);
+                high |= select(bit, 0u, reached < 32u);
                 reached++;
             }
         }
+        out[plane] = vec2<u32>(low, high);
+    }
+    return out;
+}
+
+struct zfp_Pair {
+    a: vec4<u32>,
+    b: vec4<u32>,
+}
+
+// Exchanges the high bits of groups in `a` with the low bits of those in `b`, `shift` bits each.
+fn zfp_exchange(a: vec4<u32>, b: vec4<u32>, shift: u32, low: u32) -> zfp_Pair {
+    let other = ((a >> vec4<u32>(shift)) ^ b) & vec4<u32>(low);
+    return zfp_Pair(a ^ (other << vec4<u32>(shift)), b ^ other);
+}
+
+// 32 words of 32 bits, mirrored at the diagonal: bit j of word i comes to bit i of word j.
+fn zfp_mirrored(words: array<vec4<u32>, 8>) -> array<vec4<u32>, 8> {
+    var w = words;
+    for (var i = 0u; i < 4u; i++) {
+        let p = zfp_exchange(w[i], w[i + 4u], 16u, 0xffffu);
+        w[i] = p.a;
+        w[i + 4u] = p.b;
+    }
+    for (var i = 0u; i < 8u; i += 4u) {
+        let p = zfp_exchange(w[i], w[i + 2u], 8u, 0xff00ffu);
+        let q = zfp_exchange(w[i + 1u], w[i + 3u], 8u, 0xff00ffu);
+        w[i] = p.a;
+        w[i + 1u] = q.a;
+        w[i + 2u] = p.b;
+        w[i + 3u] = q.b;
+    }
+    for (var i = 0u; i < 8u; i += 2u) {
+        let by_4 = zfp_exchange(w[i], w[i + 1u], 4u, 0xf0f0f0fu);
+        let by_2 = zfp_exchange(
+            vec4<u32>(by_4.a.xy, by_4.b.xy), vec4<u32>(by_4.a.zw, by_4.b.zw), 2u, 0x33333333u,
+        );
+        let by_1 = zfp_exchange(
+            vec4<u32>(by_2.a.xz, by_2.b.xz), vec4<u32>(by_2.a.yw, by_2.b.yw), 1u, 0x55555555u,
+        );
+        w[i] = vec4<u32>(by_1.a.x, by_1.b.x, by_1.a.z, by_1.b.z);
+        w[i + 1u] = vec4<u32>(by_1.a.y, by_1.b.y, by_1.a.w, by_1.b.w);
+    }
+    return w;
+}
+
+// Coefficients from the lowest frequency on, in negabinary.
+fn zfp_coefficients(place: vec2<u32>) -> array<vec4<u32>, 16> {
+    var planes = zfp_planes(place);
+    var low: array<vec4<u32>, 8>;
+    var high: array<vec4<u32>, 8>;
+    for (var i = 0u; i < 8u; i++) {
+        let a = planes[4u * i];
+        let b = planes[4u * i + 1u];
+        let c = planes[4u * i + 2u];
+        let d = planes[4u * i + 3u];
+        low[i] = vec4<u32>(a.x, b.x, c.x, d.x);
+        high[i] = vec4<u32>(a.y, b.y, c.y, d.y);
+    }
+    low = zfp_mirrored(low);
+    high = zfp_mirrored(high);
+    var out: array<vec4<u32>, 16>;
+    for (var i = 0u; i < 8u; i++) {
+        out[i] = low[i];
+        out[8u + i] = high[i];
     }
     return out;
 }
@@ -85,9 +155,9 @@ fn zfp_inverse(c: vec4<i32>) -> vec4<i32> {
     return vec4<i32>(outer.x, inner.y, inner.x, outer.y);
 }
 
-fn zfp_column(a: u32, b: u32, c: u32, d: u32) -> vec4<i32> {
+fn zfp_column(coefficients: vec4<u32>) -> vec4<i32> {
     let negabinary = vec4<u32>(0xaaaaaaaau);
-    return zfp_inverse(bitcast<vec4<i32>>((vec4<u32>(a, b, c, d) ^ negabinary) - negabinary));
+    return zfp_inverse(bitcast<vec4<i32>>((coefficients ^ negabinary) - negabinary));
 }
 
 fn zfp_place(block: vec3<u32>, channel: u32) -> vec2<u32> {
@@ -106,35 +176,54 @@ fn zfp_block(block: vec3<u32>, channel: u32) -> zfp_Block {
     }
     out.exponent = header >> 1u;
     let c = zfp_coefficients(place);
-    out.columns[0] = zfp_column(c[0], c[3], c[9], c[19]);
-    out.columns[1] = zfp_column(c[1], c[5], c[15], c[30]);
-    out.columns[2] = zfp_column(c[7], c[12], c[24], c[42]);
-    out.columns[3] = zfp_column(c[17], c[27], c[39], c[52]);
-    out.columns[4] = zfp_column(c[2], c[4], c[16], c[31]);
-    out.columns[5] = zfp_column(c[6], c[10], c[22], c[37]);
-    out.columns[6] = zfp_column(c[11], c[20], c[33], c[49]);
-    out.columns[7] = zfp_column(c[26], c[35], c[46], c[58]);
-    out.columns[8] = zfp_column(c[8], c[13], c[23], c[43]);
-    out.columns[9] = zfp_column(c[14], c[21], c[32], c[50]);
-    out.columns[10] = zfp_column(c[25], c[34], c[44], c[56]);
-    out.columns[11] = zfp_column(c[38], c[45], c[54], c[61]);
-    out.columns[12] = zfp_column(c[18], c[28], c[40], c[51]);
-    out.columns[13] = zfp_column(c[29], c[36], c[47], c[57]);
-    out.columns[14] = zfp_column(c[41], c[48], c[55], c[60]);
-    out.columns[15] = zfp_column(c[53], c[59], c[62], c[63]);
+    out.columns[0] = zfp_column(vec4<u32>(c[0].x, c[0].w, c[2].y, c[4].w));
+    out.columns[1] = zfp_column(vec4<u32>(c[0].y, c[1].y, c[3].w, c[7].z));
+    out.columns[2] = zfp_column(vec4<u32>(c[1].w, c[3].x, c[6].x, c[10].z));
+    out.columns[3] = zfp_column(vec4<u32>(c[4].y, c[6].w, c[9].w, c[13].x));
+    out.columns[4] = zfp_column(vec4<u32>(c[0].z, c[1].x, c[4].x, c[7].w));
+    out.columns[5] = zfp_column(vec4<u32>(c[1].z, c[2].z, c[5].z, c[9].y));
+    out.columns[6] = zfp_column(vec4<u32>(c[2].w, c[5].x, c[8].y, c[12].y));
+    out.columns[7] = zfp_column(vec4<u32>(c[6].z, c[8].w, c[11].z, c[14].z));
+    out.columns[8] = zfp_column(vec4<u32>(c[2].x, c[3].y, c[5].w, c[10].w));
+    out.columns[9] = zfp_column(vec4<u32>(c[3].z, c[5].y, c[8].x, c[12].z));
+    out.columns[10] = zfp_column(vec4<u32>(c[6].y, c[8].z, c[11].x, c[14].x));
+    out.columns[11] = zfp_column(vec4<u32>(c[9].z, c[11].y, c[13].z, c[15].y));
+    out.columns[12] = zfp_column(vec4<u32>(c[4].z, c[7].x, c[10].x, c[12].w));
+    out.columns[13] = zfp_column(vec4<u32>(c[7].y, c[9].x, c[11].w, c[14].y));
+    out.columns[14] = zfp_column(vec4<u32>(c[10].y, c[12].x, c[13].w, c[15].x));
+    out.columns[15] = zfp_column(vec4<u32>(c[13].y, c[14].w, c[15].z, c[15].w));
     return out;
 }
 
-// A row along x, transformed back along y.
-fn zfp_row(block: ptr<function, zfp_Block>, y: u32, z: u32) -> vec4<i32> {
-    var row: vec4<i32>;
-    for (var x = 0u; x < 4u; x++) {
-        row[x] = zfp_inverse(vec4<i32>(
-            (*block).columns[x][z], (*block).columns[4u + x][z],
-            (*block).columns[8u + x][z], (*block).columns[12u + x][z],
-        ))[y];
-    }
-    return row;
+fn zfp_lane(v: vec4<i32>, i: u32) -> i32 {
+    let pair = select(v.xy, v.zw, i >= 2u);
+    return select(pair.x, pair.y, (i & 1u) == 1u);
+}
+
+fn zfp_line(block: ptr<function, zfp_Block>, x: u32, z: u32) -> vec4<i32> {
+    return zfp_inverse(vec4<i32>(
+        zfp_lane((*block).columns[x], z), zfp_lane((*block).columns[4u + x], z),
+        zfp_lane((*block).columns[8u + x], z), zfp_lane((*block).columns[12u + x], z),
+    ));
+}
+
+// Four lines along y: a slice, transformed back along z and y.
+struct zfp_Slice {
+    a: vec4<i32>,
+    b: vec4<i32>,
+    c: vec4<i32>,
+    d: vec4<i32>,
+}
+
+fn zfp_slice(block: ptr<function, zfp_Block>, z: u32) -> zfp_Slice {
+    return zfp_Slice(zfp_line(block, 0u, z), zfp_line(block, 1u, z), zfp_line(block, 2u, z), zfp_line(block, 3u, z));
+}
+
+// A row along x, transformed back.
+fn zfp_row(slice: zfp_Slice, y: u32) -> vec4<i32> {
+    return zfp_inverse(vec4<i32>(
+        zfp_lane(slice.a, y), zfp_lane(slice.b, y), zfp_lane(slice.c, y), zfp_lane(slice.d, y),
+    ));
 }
 
 // An integer as a single, rounded to nearest, ties to even, times 2^(exponent - 157).
@@ -166,7 +255,8 @@ fn zfp_value(integer: i32, exponent: u32) -> f32 {
 }
 
 fn zfp_voxel(block: ptr<function, zfp_Block>, inside: vec3<u32>) -> f32 {
-    return zfp_value(zfp_inverse(zfp_row(block, inside.y, inside.z))[inside.x], (*block).exponent);
+    let row = zfp_row(zfp_slice(block, inside.z), inside.y);
+    return zfp_value(zfp_lane(row, inside.x), (*block).exponent);
 }
 
 fn zfp_fetch(p: vec3<i32>) -> vec4<f32> {
@@ -179,29 +269,62 @@ fn zfp_fetch(p: vec3<i32>) -> vec4<f32> {
     return out;
 }
 
-fn zfp_end(p: vec3<u32>, q: vec3<u32>, i: u32) -> vec3<u32> {
-    return select(p, q, (vec3<u32>(i, i >> 1u, i >> 2u) & vec3<u32>(1u)) == vec3<u32>(1u));
+// Values at the ends of a cell's four rows along x, all in one block; bit 0 of a row's number is y, bit 1 is z.
+struct zfp_Ends {
+    low: vec4<f32>,
+    high: vec4<f32>,
+}
+
+fn zfp_values(rows: array<vec4<i32>, 4>, x: u32, exponent: u32) -> vec4<f32> {
+    return vec4<f32>(
+        zfp_value(zfp_lane(rows[0], x), exponent), zfp_value(zfp_lane(rows[1], x), exponent),
+        zfp_value(zfp_lane(rows[2], x), exponent), zfp_value(zfp_lane(rows[3], x), exponent),
+    );
+}
+
+fn zfp_ends(block: ptr<function, zfp_Block>, low: vec3<u32>, high: vec3<u32>) -> zfp_Ends {
+    let near = zfp_slice(block, low.z);
+    let far = zfp_slice(block, high.z);
+    let rows = array<vec4<i32>, 4>(
+        zfp_row(near, low.y), zfp_row(near, high.y), zfp_row(far, low.y), zfp_row(far, high.y),
+    );
+    let exponent = (*block).exponent;
+    return zfp_Ends(zfp_values(rows, low.x, exponent), zfp_values(rows, high.x, exponent));
 }
 
 fn zfp_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8> {
     let v = vec3<u32>(p);
     let w = vec3<u32>(q);
     // Axes along which the cell reaches into another block.
-    let other = select(vec3<u32>(0u), vec3<u32>(1u, 2u, 4u), v / 4u != w / 4u);
-    let crossed = other.x | other.y | other.z;
+    let crossed = select(vec3<u32>(0u), vec3<u32>(1u), v / 4u != w / 4u);
+    let shifts = vec3<u32>(0u, crossed.x, crossed.x + crossed.y);
+    let blocks = 1u << (shifts.z + crossed.z);
     var out: array<vec4<f32>, 8>;
     for (var c = 0u; c < zfp_channels; c++) {
-        for (var b = 0u; b < 8u; b++) {
-            if (b & ~crossed) != 0u {
-                continue;
-            }
-            var block = zfp_block(zfp_end(v / 4u, w / 4u, b), c);
-            for (var i = 0u; i < 8u; i++) {
-                if (i & crossed) == b {
-                    out[i][c] = zfp_voxel(&block, zfp_end(v % 4u, w % 4u, i));
-                }
-            }
+        var low = vec4<f32>(0.0);
+        var high = vec4<f32>(0.0);
+        // Block by block and not corner by corner, so that neighbouring invocations are at their first block together, at
+        // their second together, whichever axes they cross.
+        for (var k = 0u; k < blocks; k++) {
+            let side = (vec3<u32>(k) >> shifts) & crossed;
+            let near = side == vec3<u32>(0u);
+            let far = side == crossed;
+            let start = select(w, v, near);
+            let end = select(v, w, far);
+            var block = zfp_block(start / 4u, c);
+            let ends = zfp_ends(&block, start % 4u, end % 4u);
+            let rows = vec4<bool>(near.y, far.y, near.y, far.y) & vec4<bool>(near.zz, far.zz);
+            low = select(low, ends.low, rows & vec4<bool>(near.x));
+            high = select(high, ends.high, rows & vec4<bool>(far.x));
         }
+        out[0][c] = low.x;
+        out[1][c] = high.x;
+        out[2][c] = low.y;
+        out[3][c] = high.y;
+        out[4][c] = low.z;
+        out[5][c] = high.z;
+        out[6][c] = low.w;
+        out[7][c] = high.w;
     }
     return out;
 }

@@ -155,8 +155,10 @@ mod tests {
     #[test]
     fn the_shader_takes_the_columns_of_the_table() {
         let source = include_str!("decode.wgsl");
-        for (i, [a, b, c, d]) in COLUMNS.iter().enumerate() {
-            let line = format!("out.columns[{i}] = zfp_column(c[{a}], c[{b}], c[{c}], c[{d}]);");
+        for (i, places) in COLUMNS.iter().enumerate() {
+            let [a, b, c, d] =
+                places.map(|p| format!("c[{}].{}", p / 4, ["x", "y", "z", "w"][p as usize % 4]));
+            let line = format!("out.columns[{i}] = zfp_column(vec4<u32>({a}, {b}, {c}, {d}));");
             assert!(source.contains(&line), "{line}");
         }
     }

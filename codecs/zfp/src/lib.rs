@@ -42,6 +42,7 @@ static INFO: CodecInfo = CodecInfo {
         kind: SettingKind::Float { min: geometry::LOWEST_RATE, max: geometry::HIGHEST_RATE },
         default: "4",
     }],
+    methods: &[],
 };
 
 /// The codec `zfp`.

@@ -71,6 +71,9 @@ pub struct CodecInfo {
     pub paper: Option<Paper>,
     /// Its settings with their defaults, in the order in which they are shown.
     pub settings: &'static [Setting],
+    /// Names of those settings of which another value makes another method, and not another rate of the same one. Curves of
+    /// quality over rate run through cells that agree in all of these, and charts tell them apart.
+    pub methods: &'static [&'static str],
 }
 
 impl CodecInfo {
@@ -91,6 +94,16 @@ impl CodecInfo {
     /// All sites where its volumes can be decoded, in the order of [`Site::ALL`].
     pub fn offered(&self) -> impl Iterator<Item = Site> {
         Site::ALL.into_iter().filter(|site| self.offers(*site))
+    }
+
+    /// The values of [`CodecInfo::methods`] in these settings, in the order of the schema, as records keep them: `name=value`
+    /// separated by spaces. Empty where the codec is one method.
+    #[must_use]
+    pub fn series(&self, settings: &Settings) -> String {
+        let own = self.settings.iter().filter(|s| self.methods.contains(&s.name));
+        let values = own.filter_map(|s| Some((s.name.to_owned(), settings.get(s.name)?.clone())));
+        let written = values.map(|value| Settings::from_iter([value]).to_string());
+        written.collect::<Vec<_>>().join(" ")
     }
 
     /// The setting of this name.

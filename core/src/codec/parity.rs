@@ -16,6 +16,8 @@ pub struct Parity {
     pub mismatches: u64,
     /// The first of them.
     pub first: Option<Mismatch>,
+    /// Largest distance between both in any sample that both have, in data units; NaN where one of them is.
+    pub largest: f64,
 }
 
 /// A sample on which shader and CPU disagree.
@@ -66,6 +68,11 @@ impl Parity {
             .map(|(sample, (&cpu, &shader))| Mismatch { sample, cpu, shader });
         let mut first = bad.next();
         let mut mismatches = u64::from(first.is_some()) + bad.count() as u64;
+        let distances = cpu
+            .iter()
+            .zip(shader)
+            .map(|(&a, &b)| if a == b { 0.0 } else { (f64::from(a) - f64::from(b)).abs() });
+        let largest = distances.fold(0.0, |most: f64, d| if d > most || d.is_nan() { d } else { most });
         let common = cpu.len().min(shader.len());
         if cpu.len() != shader.len() {
             mismatches += cpu.len().abs_diff(shader.len()) as u64;
@@ -73,7 +80,7 @@ impl Parity {
             let missing = Mismatch { sample: common as u64, cpu: value(cpu), shader: value(shader) };
             first = first.or(Some(missing));
         }
-        Self { agreement, samples: cpu.len().max(shader.len()) as u64, mismatches, first }
+        Self { agreement, samples: cpu.len().max(shader.len()) as u64, mismatches, first, largest }
     }
 
     /// Whether no sample is beyond the statement.
@@ -139,6 +146,7 @@ mod tests {
         shader[11] = f32::NAN;
         let found = parity(Agreement::Exact, &cpu, &shader);
         assert_eq!((found.samples, found.mismatches), (12, 2));
+        assert!(found.largest.is_nan());
         assert_eq!(found.first, Some(Mismatch { sample: 7, cpu: 0.5, shader: 0.5_f32.next_up() }));
         assert_eq!(
             found.to_string(),
@@ -153,6 +161,7 @@ mod tests {
         let shader = [1e-8; 12];
         let found = parity(Agreement::Ulp(1), &cpu, &shader);
         assert_eq!((found.mismatches, found.first.map(|m| m.sample)), (6, Some(0)));
+        assert_eq!(found.largest, f64::from(1e-8_f32));
     }
 
     #[test]

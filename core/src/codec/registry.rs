@@ -25,6 +25,14 @@ pub enum RegistryError {
     /// The id is no lower-case word of letters and digits, which WGSL names and folders need.
     #[error("codec id `{0}`: use lower-case letters and digits, beginning with a letter")]
     BadId(String),
+    /// A method that is none of its settings.
+    #[error("codec `{id}` has no setting `{name}`, which it lists among its methods")]
+    NoSuchMethod {
+        /// The codec.
+        id: String,
+        /// What it lists.
+        name: String,
+    },
     /// No codec of that id.
     #[error("no codec `{id}`; known codecs: {known}")]
     Unknown {
@@ -39,15 +47,19 @@ impl Registry {
     /// Adds a codec.
     ///
     /// # Errors
-    /// When its id is taken or malformed.
+    /// When its id is taken or malformed, or it lists a method that is none of its settings.
     pub fn register(&mut self, codec: Arc<dyn Codec>) -> Result<(), RegistryError> {
-        let id = codec.info().id;
+        let info = codec.info();
+        let id = info.id;
         let word = id.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
         if !word || !id.starts_with(|c: char| c.is_ascii_lowercase()) {
             return Err(RegistryError::BadId(id.to_owned()));
         }
         if self.codecs.contains_key(id) {
             return Err(RegistryError::Duplicate { id: id.to_owned(), known: self.known() });
+        }
+        if let Some(name) = info.methods.iter().find(|name| info.setting(name).is_none()) {
+            return Err(RegistryError::NoSuchMethod { id: id.to_owned(), name: (*name).to_owned() });
         }
         self.codecs.insert(id, codec);
         Ok(())
@@ -74,7 +86,9 @@ impl Registry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::codec::{CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Settings};
+    use crate::codec::{
+        CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Setting, SettingKind, SettingValue, Settings,
+    };
     use crate::container::EncodedVolume;
 
     #[derive(Debug)]
@@ -103,7 +117,37 @@ mod tests {
             fetch_cell: false,
             paper: None,
             settings: &[],
+            methods: &[],
         }))
+    }
+
+    const PAYLOAD: &[Setting] = &[
+        Setting { name: "rate", doc: "", kind: SettingKind::Float { min: 0.0, max: 9.0 }, default: "1" },
+        Setting { name: "payload", doc: "", kind: SettingKind::Choice(&["a", "b"]), default: "a" },
+        Setting { name: "name", doc: "", kind: SettingKind::Text { max: 9 }, default: "" },
+    ];
+
+    #[test]
+    fn a_series_is_the_settings_that_the_codec_lists_as_methods() {
+        let with = |methods| CodecInfo {
+            id: "x",
+            summary: "",
+            stream_version: 1,
+            sites: &[],
+            fetch_cell: false,
+            paper: None,
+            settings: PAYLOAD,
+            methods,
+        };
+        let mut settings = with(&[]).default_settings();
+        settings.set("name", SettingValue::Text("two words".to_owned()));
+        let series = |methods| with(methods).series(&settings);
+        assert_eq!(series(&[]), "");
+        assert_eq!(series(&["name", "payload"]), "payload=a name='two words'", "in the order of the schema");
+        let mut registry = Registry::default();
+        registry.register(Arc::new(Named(with(&["payload"])))).unwrap();
+        let refused = registry.register(Arc::new(Named(CodecInfo { id: "y", ..with(&["paylaod"]) })));
+        assert!(refused.unwrap_err().to_string().contains("no setting `paylaod`"));
     }
 
     #[test]

@@ -76,8 +76,14 @@ pub enum Agreement {
     /// Within this many units in the last place of the largest magnitude in the decoder's `value_range` of the
     /// voxel (of the value itself where the decoder knows no range): a sum that cancels cannot promise more.
     Ulp(u32),
-    /// Within this distance, in data units: what texture units are held to that decode blocks themselves.
-    Absolute(f32),
+    /// Within `distance`, in data units, and `share` of the span of the decoder's `value_range` of the voxel (of nothing
+    /// where the decoder knows no range): what texture units are held to that decode blocks themselves.
+    Levels {
+        /// Data units.
+        distance: f32,
+        /// Of the span, `0.0..1.0`.
+        share: f32,
+    },
 }
 
 impl Agreement {
@@ -92,7 +98,10 @@ impl Agreement {
                 let distance = (f64::from(cpu) - f64::from(shader)).abs();
                 cpu == shader || distance <= f64::from(n) * range.ulp()
             }
-            Self::Absolute(most) => (f64::from(cpu) - f64::from(shader)).abs() <= f64::from(most),
+            Self::Levels { distance, share } => {
+                let span = range.map_or(0.0, ValueRange::span);
+                (f64::from(cpu) - f64::from(shader)).abs() <= f64::from(distance) + f64::from(share) * span
+            }
         }
     }
 }

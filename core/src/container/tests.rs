@@ -12,6 +12,7 @@ const INFO: CodecInfo = CodecInfo {
     fetch_cell: false,
     paper: None,
     settings: &[],
+    methods: &[],
 };
 
 fn write(path: &Path) -> Written {

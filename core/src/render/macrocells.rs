@@ -142,6 +142,8 @@ struct Slack {
     shader_ulps: f64,
     /// The same in data units.
     shader: f64,
+    /// The same as a share of the span of the decoder's range.
+    shader_share: f64,
     /// Value of texel 0, where texels are shares of a range.
     texel_offset: Option<f32>,
     /// What a texture unit may make of blocks that it decodes itself.
@@ -151,25 +153,30 @@ struct Slack {
 /// Texture units yield levels of a block within a tolerance, and never leave the range of texels; of that, 0 is exact.
 #[derive(Copy, Clone, Debug)]
 struct BlockSlack {
-    tolerance: f64,
+    /// Data units.
+    distance: f64,
+    /// Of the span of what a block can hold.
+    share: f64,
     /// Values of the texels 0 and 1.
     ends: [f64; 2],
 }
 
 impl BlockSlack {
     fn of(blocks: &BlockTexture<'_>) -> Option<Self> {
-        let Agreement::Absolute(tolerance) = blocks.agreement() else { return None };
+        let Agreement::Levels { distance, share } = blocks.agreement() else { return None };
         let (scale, offset) = (f64::from(blocks.scale), f64::from(blocks.offset));
-        Some(Self { tolerance: tolerance.into(), ends: [offset, offset + scale] })
+        Some(Self { distance: distance.into(), share: share.into(), ends: [offset, offset + scale] })
     }
 
-    /// Lowest and highest sample of voxels that decode to a range on the CPU.
-    fn widened(self, [low, high]: [f64; 2]) -> [f64; 2] {
+    /// Lowest and highest sample of voxels that decode to a range on the CPU, in blocks that the codec knows to lie within
+    /// `known`.
+    fn widened(self, [low, high]: [f64; 2], known: Option<ValueRange>) -> [f64; 2] {
         let [zero, one] = self.ends;
         if high <= zero {
             return [low, high];
         }
-        [(low - self.tolerance).max(zero.min(low)), (high + self.tolerance).min(one.max(high))]
+        let by = self.distance + self.share * known.map_or(one - zero, ValueRange::span);
+        [(low - by).max(zero.min(low)), (high + by).min(one.max(high))]
     }
 }
 
@@ -182,10 +189,10 @@ impl Slack {
     const TEXEL_ULPS: f64 = 8.0;
 
     fn of(decoder: &dyn Decoder, level: Level) -> Self {
-        let (shader_ulps, shader) = match decoder.shader().map(ShaderDecode::agreement) {
-            Some(Agreement::Ulp(n)) => (f64::from(n), 0.0),
-            Some(Agreement::Absolute(distance)) => (0.0, f64::from(distance)),
-            Some(Agreement::Exact) | None => (0.0, 0.0),
+        let (shader_ulps, shader, shader_share) = match decoder.shader().map(ShaderDecode::agreement) {
+            Some(Agreement::Ulp(n)) => (f64::from(n), 0.0, 0.0),
+            Some(Agreement::Levels { distance, share }) => (0.0, f64::from(distance), f64::from(share)),
+            Some(Agreement::Exact) | None => (0.0, 0.0, 0.0),
         };
         let DecodedForm { format, offset, .. } = decoder.decoded_form();
         let texel_offset = match format {
@@ -194,7 +201,7 @@ impl Slack {
         };
         // Every frame has the same scale.
         let blocks = decoder.block_texture(FrameIndex::FIRST, level).as_ref().and_then(BlockSlack::of);
-        Self { shader_ulps, shader, texel_offset, blocks }
+        Self { shader_ulps, shader, shader_share, texel_offset, blocks }
     }
 
     /// `range` of the values of a macrocell, in which the codec knows them to lie within `known`.
@@ -206,11 +213,14 @@ impl Slack {
             ulp(scaled.union(range))
         });
         let by = self.shader
+            + self.shader_share * stated.span()
             + self.shader_ulps * ulp(stated)
             + Self::INTERPOLATION_ULPS * ulp(range)
             + Self::TEXEL_ULPS * texel;
         let sampled = [f64::from(range.min), f64::from(range.max)];
-        let [low, high] = self.blocks.map_or(sampled, |blocks| blocks.widened(sampled));
+        let [low, high] = self
+            .blocks
+            .map_or(sampled, |blocks| blocks.widened(sampled, known.map(|known| known.union(range))));
         ValueRange { min: (low - by) as f32, max: (high + by) as f32 }
     }
 }

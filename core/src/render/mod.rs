@@ -24,7 +24,7 @@ pub use image::{Image, ImageError, write_png};
 pub use layers::{LayerPass, LayerStep, RING_LAYERS};
 pub use macrocells::{MacrocellRanges, Macrocells};
 pub use modules::SceneModules;
-pub use plan::{Blending, ComputePass, Input, Pass, Plan, ProxyVertex, RasterPass, Template};
+pub use plan::{Blending, ComputePass, Input, Pass, Plan, ProxyVertex, RasterPass, Rays, Template};
 pub use preset::Preset;
 pub use renderer::{RenderError, Renderer, RendererInfo};
 pub use shading::{Light, Shading};

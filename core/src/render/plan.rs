@@ -57,8 +57,12 @@ impl Pass {
     /// The bindings that its template uses.
     #[must_use]
     pub fn bindings(&self) -> Vec<BindingKind> {
-        let image = matches!(self, Self::Compute(_)).then_some(BindingKind::Image);
-        self.inputs().iter().map(|input| input.kind.clone()).chain(image).collect()
+        match self {
+            Self::Compute(pass) => pass.bindings(),
+            Self::Raster(_) | Self::Layers(_) => {
+                self.inputs().iter().map(|input| input.kind.clone()).collect()
+            }
+        }
     }
 }
 
@@ -83,6 +87,57 @@ pub struct ComputePass {
     pub inputs: Vec<Input>,
     /// Workgroups along x, y, z.
     pub workgroups: [u32; 3],
+    /// Whether it follows rays, and how.
+    pub rays: Rays,
+}
+
+/// How a compute pass follows the rays of its pixels.
+///
+/// A device may end loops that take it too many rounds and go on behind them (llvmpipe does after 65536 in sum). A pass
+/// that follows rays at once marks a pixel of which that is so: an opacity of −1, as red the number of the sample that the
+/// ray had come to, and as green 1 where it was not at its end, and 0 where it was and its samples may be wrong. In pieces the same pass is dispatched again and again: each dispatch takes every ray some
+/// samples further, from what the picture and `progress` hold of it, to the same picture in every bit.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Rays {
+    /// It follows none, or only at once.
+    None,
+    /// To their ends. It can follow them in pieces, one of its modules being replaced by another.
+    AtOnce {
+        /// The module, one of [`ComputePass::templates`].
+        module: Template,
+        /// What takes its place.
+        in_pieces: Template,
+    },
+    /// In pieces. It binds [`BindingKind::Pieces`] and [`BindingKind::Progress`] as well, whose words are of each pixel the
+    /// sample that comes next: 0 before the first piece, [`Rays::END`] and [`Rays::CUT`] behind the last.
+    InPieces,
+}
+
+impl Rays {
+    /// The ray has come to its end.
+    pub const END: u32 = 0xffff_ffff;
+    /// The device ended loops of a piece before they were done.
+    pub const CUT: u32 = 0xffff_fffe;
+}
+
+impl ComputePass {
+    /// The bindings that its template uses.
+    #[must_use]
+    pub fn bindings(&self) -> Vec<BindingKind> {
+        let written: &[BindingKind] = match self.rays {
+            Rays::InPieces => &[BindingKind::Image, BindingKind::Progress, BindingKind::Pieces],
+            Rays::None | Rays::AtOnce { .. } => &[BindingKind::Image],
+        };
+        self.inputs.iter().map(|input| &input.kind).chain(written).cloned().collect()
+    }
+
+    /// The same pass with its rays in pieces; `None` where it cannot have that.
+    #[must_use]
+    pub fn in_pieces(&self) -> Option<Self> {
+        let Rays::AtOnce { module, in_pieces } = self.rays else { return None };
+        let templates = self.templates.iter().map(|t| if *t == module { in_pieces } else { *t });
+        Some(Self { templates: templates.collect(), rays: Rays::InPieces, ..self.clone() })
+    }
 }
 
 /// A pass that draws triangles one after the other, each *over* what is there, into an image that is transparent at

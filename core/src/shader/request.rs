@@ -131,6 +131,10 @@ pub enum BindingKind {
     TransferTable,
     /// Storage `image: array<vec4<f32>>`, written.
     Image,
+    /// Uniform `pieces`: the struct `Pieces` of rays that are followed piece by piece.
+    Pieces,
+    /// Storage `progress: array<u32>`, read and written: of each ray the sample that comes next.
+    Progress,
     /// Storage `dump: array<f32>`, written: all voxels of a frame, x fastest, channels interleaved.
     Dump,
     /// Uniform `slab`: the struct `Slab` of the template that decodes a frame, in layers across an axis.
@@ -172,7 +176,16 @@ impl BindingKind {
     /// Whether it is a uniform.
     #[must_use]
     pub const fn is_uniform(&self) -> bool {
-        matches!(self, Self::View | Self::Clip | Self::Lighting | Self::Colour | Self::Slabs | Self::Slab(_))
+        matches!(
+            self,
+            Self::View
+                | Self::Clip
+                | Self::Lighting
+                | Self::Colour
+                | Self::Slabs
+                | Self::Slab(_)
+                | Self::Pieces
+        )
     }
 }
 

@@ -43,8 +43,9 @@ fn inline(
     })
 }
 
-const RAYCAST: [Template; 9] = [
+const RAYCAST: [Template; 10] = [
     shaders::RAYCASTING,
+    shaders::RAYS_AT_ONCE,
     shaders::VIEW,
     shaders::CAMERA_PERSPECTIVE,
     shaders::BOUNDS_WHOLE,

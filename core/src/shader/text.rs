@@ -122,6 +122,8 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
             BindingKind::Macrocells => "var<storage, read> macrocells: array<u32>;",
             BindingKind::TransferTable => "var<storage, read> transfer_table: array<vec4<f32>>;",
             BindingKind::Image => "var<storage, read_write> image: array<vec4<f32>>;",
+            BindingKind::Pieces => "var<uniform> pieces: Pieces;",
+            BindingKind::Progress => "var<storage, read_write> progress: array<u32>;",
             BindingKind::Dump => "var<storage, read_write> dump_values: array<f32>;",
             BindingKind::Slab(_) => "var<uniform> slab: Slab;",
             BindingKind::Texels(_) => "var<storage, read_write> texels: array<u32>;",

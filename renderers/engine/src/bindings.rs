@@ -17,6 +17,8 @@ pub(crate) struct Supplies<'a> {
     pub(crate) slab: Option<&'a wgpu::Buffer>,
     /// `image`, `dump` or `texels`: what the shader writes.
     pub(crate) output: Option<&'a wgpu::Buffer>,
+    /// The uniform `pieces`, and `progress`.
+    pub(crate) pieces: Option<[&'a wgpu::Buffer; 2]>,
     /// The codec's buffers.
     pub(crate) buffers: &'a [Resource<'a>],
     /// Scratch buffers of the codec's passes.
@@ -190,6 +192,11 @@ fn resident(
         BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
             Resident::Buffer(supplies.output.ok_or_else(|| missing("an output"))?.clone())
         }
+        BindingKind::Pieces | BindingKind::Progress => {
+            let [uniform, progress] = supplies.pieces.ok_or_else(|| missing("how far rays have come"))?;
+            let bound = if binding.kind == BindingKind::Pieces { uniform } else { progress };
+            Resident::Buffer(bound.clone())
+        }
         BindingKind::Words { resource, first, words } => {
             if let Some(part) = parts.get(&(*resource, *first)) {
                 return Ok(Resident::Buffer(part.clone()));
@@ -245,7 +252,7 @@ fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::Bind
         BindingKind::Scratch { written, .. } => {
             buffer(wgpu::BufferBindingType::Storage { read_only: !written })
         }
-        BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
+        BindingKind::Image | BindingKind::Progress | BindingKind::Dump | BindingKind::Texels(_) => {
             buffer(wgpu::BufferBindingType::Storage { read_only: false })
         }
         BindingKind::VolumeTexture { filterable } => wgpu::BindingType::Texture {

@@ -1,10 +1,14 @@
 //! A plan made runnable.
 
 mod canvas;
+mod rays;
+
+pub use rays::RayPieces;
 
 use canvas::Canvas;
 use cvr_core::render::{Blending, Filter, Image, LayerPass, Pass, Plan};
 use cvr_core::shader::{BindingKind, Request, TextureSampling, generate};
+use rays::{InPieces, RayWalk};
 
 use crate::bindings::{Bound, Parts, Supplies};
 use crate::layers::{BoundLayers, LayerRing};
@@ -23,6 +27,7 @@ pub struct Drawing {
     size: [u32; 2],
     canvas: Canvas,
     passes: Vec<Runnable>,
+    rays: Option<RayWalk>,
     ring: Option<LayerRing>,
     blending: Option<Blending>,
     timestamps: Option<FrameTimestamps>,
@@ -125,9 +130,16 @@ impl Drawing {
         let words: u64 = parts.values().map(wgpu::Buffer::size).sum();
         let texture_bytes = voxels.texture.map_or(0, crate::VolumeTexture::resident_bytes);
         let fallback = voxels.texture.and_then(|texture| texture.choice().fallback);
+        let rays = match (&plan.passes[..], &canvas) {
+            ([Pass::Compute(pass)], Canvas::Buffer(image)) => {
+                RayWalk::new(device, pass, (&voxels, source), filter, (image, parts))
+            }
+            _ => None,
+        };
         Ok(Self {
             device: device.clone(),
             size: plan.size,
+            rays,
             blending: canvas.blending(),
             canvas,
             passes,
@@ -140,17 +152,57 @@ impl Drawing {
         })
     }
 
+    /// The same drawing with its rays in pieces of at most this many samples, or as many fewer as the device needs, whether
+    /// it needs pieces at all or not.
+    ///
+    /// # Errors
+    /// [`EngineError::Unsupported`] when the plan follows no rays, or the device cannot bind what pieces need;
+    /// [`EngineError::CutOff`] when even pieces of one sample are too long; what the driver refuses.
+    pub fn with_rays_in_pieces(mut self, samples: u32) -> Result<Self, EngineError> {
+        let Some(rays) = &mut self.rays else {
+            return Err(EngineError::Unsupported(
+                "the plan follows no rays that could be cut in pieces".to_owned(),
+            ));
+        };
+        rays.settle_in_pieces(&self.device, samples)?;
+        Ok(self)
+    }
+
     /// Draws one frame and waits for it. The device's own time is reported only where it agrees with the wall
     /// clock.
     ///
+    /// The first frame of a plan that follows rays is looked at. Where the device has ended loops of it, it and every frame
+    /// after it are drawn with their rays in pieces: as long as they can be, and of one length for good.
+    ///
     /// # Errors
-    /// What the driver refuses; a lost device.
+    /// What the driver refuses; a lost device. [`EngineError::CutOff`] when even pieces of one sample are too long.
     pub fn draw_timed(&self) -> Result<FrameTime, EngineError> {
+        let Some(rays) = &self.rays else { return self.frame(None) };
+        if let Some(settled) = rays.settled() {
+            return self.frame(settled);
+        }
+        let time = self.frame(None)?;
+        match self.canvas.cut_off(&self.device)? {
+            None => {
+                rays.settle_at_once();
+                Ok(time)
+            }
+            Some(cut_off) => self.frame(rays.settle_by(&self.device, cut_off)?),
+        }
+    }
+
+    /// Draws one frame, its rays at once or in pieces, and waits for it.
+    fn frame(&self, pieces: Option<&InPieces>) -> Result<FrameTime, EngineError> {
         timed(&self.device, "drawing", self.timestamps.as_ref(), || {
             let device = self.device.wgpu();
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            for (i, pass) in self.passes.iter().enumerate() {
-                self.record(&mut encoder, pass, i);
+            match pieces {
+                Some(pieces) => pieces.record_frame(&mut encoder, self.timestamps.as_ref()),
+                None => {
+                    for (i, pass) in self.passes.iter().enumerate() {
+                        self.record(&mut encoder, pass, i);
+                    }
+                }
             }
             if let Some(timestamps) = &self.timestamps {
                 timestamps.resolve(&mut encoder);
@@ -163,9 +215,18 @@ impl Drawing {
     /// The picture of the last frame; transparent before the first.
     ///
     /// # Errors
-    /// What the driver refuses; a lost device.
+    /// What the driver refuses; a lost device. [`EngineError::CutOff`] when the device did not follow all rays.
     pub fn read_image(&self) -> Result<Image, EngineError> {
+        if let Some(Some(pieces)) = self.rays.as_ref().map(RayWalk::in_pieces) {
+            pieces.check(&self.device)?;
+        }
         self.canvas.read(&self.device, self.size)
+    }
+
+    /// The pieces in which rays are followed; `None` where they are followed at once, or before a frame has told.
+    #[must_use]
+    pub fn ray_pieces(&self) -> Option<RayPieces> {
+        self.rays.as_ref()?.in_pieces().map(InPieces::pieces)
     }
 
     fn record(&self, encoder: &mut wgpu::CommandEncoder, pass: &Runnable, index: usize) {

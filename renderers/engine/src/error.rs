@@ -43,9 +43,9 @@ pub enum EngineError {
     DeviceLost(String),
     /// The device ended loops of a shader before they were done, so that there is no picture.
     #[error(
-        "the device ended the loops of the shader before they were done, in {pixels} pixels (llvmpipe ends them after \
-         65536 rounds in all): decode at the site deferred or host, take longer steps (step_voxels), or draw on another \
-         device"
+        "the device ended the loops of the shader before they were done, in {pixels} pixels, even where rays take a single \
+         sample at a time (llvmpipe ends them after 65536 rounds in all): decode at the site deferred or host, take a filter \
+         that fetches less or no light, or draw on another device"
     )]
     CutOff {
         /// Pixels whose rays were cut.

@@ -34,7 +34,7 @@ pub use capabilities::{BlockFallback, Capabilities, TextureChoice, TextureFallba
 pub use cpu_time::process_cpu_time;
 pub use decoding::FrameDecoder;
 pub use device::{Device, DeviceChoice, DeviceInfo, DeviceKind, list_adapters};
-pub use drawing::Drawing;
+pub use drawing::{Drawing, RayPieces};
 pub use error::EngineError;
 pub use source::DrawSource;
 pub use texture::VolumeTexture;

@@ -1,10 +1,11 @@
 //! How time and memory grow with the number of voxels: one volume in several sizes, and the power that fits.
 
-use super::super::cells::{brief_name, codec_name, distinct, ok, site_rank};
+use super::super::cells::{distinct, ok, site_rank};
 use super::super::chart::{Axis, Chart, LegendEntry, Line, Mark, Point, Scale, Shape};
 use super::super::number::short;
 use super::marks::{Palette, number, title};
 use super::{Drawing, Sheet};
+use crate::experiment::labels::full_coding;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::Record;
 
@@ -129,9 +130,9 @@ pub(super) fn cost_growth(
         "sizes",
     ]);
     let (mut points, mut lines, mut legend) = (Vec::new(), Vec::new(), Vec::new());
-    let names = distinct(cells.iter().map(|r| codec_name(r)));
+    let names = distinct(cells.iter().map(|r| full_coding(r)));
     for (i, name) in names.iter().enumerate() {
-        let of_name: Vec<&Record> = cells.iter().copied().filter(|r| codec_name(r) == *name).collect();
+        let of_name: Vec<&Record> = cells.iter().copied().filter(|r| full_coding(r) == *name).collect();
         // Memory differs between sites, so that all sizes are of one.
         let site =
             of_name.iter().map(|r| r.site.as_str()).min_by_key(|site| site_rank(site)).unwrap_or_default();
@@ -143,8 +144,8 @@ pub(super) fn cost_growth(
             series.iter().filter_map(|r| Some((r.voxels as f64, value(r)?))).collect();
         let fit = fit(&measured);
         let Some(first) = series.first() else { continue };
-        let brief = brief_name(first, &cells);
-        let mark = Mark::filled(Shape::series(i), palette.colour(&first.codec));
+        let brief = palette.labels.coding(first);
+        let mark = Mark::filled(Shape::series(i), palette.colour(&palette.labels.series(first)));
         if let Ok(fit) = fit {
             let ends =
                 [f64::min, f64::max].map(|end| measured.iter().map(|p| p.0).reduce(end).unwrap_or(1.0));
@@ -159,7 +160,7 @@ pub(super) fn cost_growth(
         };
         for (r, (voxels, value)) in series.iter().zip(&measured) {
             let (x, y) = (voxels / 1e6, value * cost.scale);
-            let title = format!("{}\n{label}\n{} million voxels", title(r), short(Some(x)));
+            let title = format!("{}\n{label}\n{} million voxels", title(r, palette), short(Some(x)));
             points.push(Point { x, y, mark, title, cell: Some(number(records, r)), unbeaten: false });
             let fitted = fit.map_or_else(
                 |_| [String::new(), String::new()],

@@ -21,25 +21,25 @@ pub(super) fn encode_time(
         ..Axis::new("psnr_db", "PSNR of the voxels in dB  (better →)", Scale::Linear)
     };
     let y = Axis::new("encode_seconds", "encoding, seconds  (← better)", Scale::Log);
-    // Codecs differ in their rates too, which this chart does not show: settings compete within their codec.
+    // Codecs differ in their rates too, which this chart does not show: settings compete within their series.
     let (mut points, mut lines) = (Vec::new(), Vec::new());
-    for codec in distinct(cells.iter().map(|r| r.codec.clone())) {
-        let mark = palette.codec_mark(&codec);
-        let placed = cells.iter().filter(|r| r.codec == codec).filter_map(|record| {
+    for series in distinct(cells.iter().map(|r| palette.labels.series(r))) {
+        let mark = palette.mark(&series);
+        let placed = cells.iter().filter(|r| palette.labels.series(r) == series).filter_map(|record| {
             let (x, y) = (record.psnr_db?, record.encode_seconds?);
             Some(Placed { record, x, y, mark })
         });
         let placed: Vec<Placed<'_>> = placed.filter(|p| x.shows(p.x) && y.shows(p.y)).collect();
-        let (own, line) = contest(records, &placed, |psnr, seconds| (seconds, -psnr));
+        let (own, line) = contest(records, palette, &placed, |psnr, seconds| (seconds, -psnr));
         points.extend(own);
         lines.push(Line { colour: mark.colour, ..line });
     }
     points.sort_by_key(|p| (p.mark == Mark::failure(), p.unbeaten));
-    let mut legend = palette.codec_entries(&cells);
+    let mut legend = palette.series_entries(&cells);
     let beaten = beaten_entries(&points).into_iter();
     legend.extend(
         beaten.map(|e| LegendEntry {
-            label: "grey: a setting of the same codec is at least as good".into(),
+            label: "grey: a setting of the same curve is at least as good".into(),
             ..e
         }),
     );

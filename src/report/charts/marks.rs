@@ -1,57 +1,74 @@
 //! What the charts share: which colour and shape a codec has, what a mark says, and what a legend tells.
 
-use super::super::cells::{Baseline, blends, cell_name, codec_name, compressed, distinct, ok};
+use super::super::cells::{Baseline, blends, compressed, distinct, ok};
 use super::super::chart::{Colour, LegendEntry, Line, Mark, Point, Shape};
 use super::super::number::{bytes, decibels, fixed, short};
 use super::super::pareto;
+use crate::experiment::labels::{Labels, full_coding};
 use crate::experiment::record::Record;
 
-/// Which colour and shape a codec has throughout the report.
+/// Which colour and shape a series has throughout the report, and what cells are called there.
 #[derive(Debug)]
 pub(in super::super) struct Palette {
-    codecs: Vec<String>,
-    /// Codecs and sites.
-    series: Vec<(String, String)>,
+    pub(in super::super) labels: Labels,
+    series: Vec<String>,
+    /// Series and sites.
+    sites: Vec<(String, String)>,
 }
 
 impl Palette {
-    /// The uncompressed codec comes first whether it is there or not, so that codecs keep their colours.
+    /// The uncompressed codec comes first whether it is there or not, so that others keep their colours.
     pub(in super::super) fn new(records: &[Record]) -> Self {
-        let compressed = records.iter().filter(|r| compressed(r)).map(|r| r.codec.clone());
-        let codecs = distinct(std::iter::once("raw".to_owned()).chain(compressed));
-        Self { codecs, series: distinct(records.iter().map(|r| (r.codec.clone(), r.site.clone()))) }
+        let labels = Labels::of(records);
+        let compressed = records.iter().filter(|r| compressed(r)).map(|r| labels.series(r));
+        let series = distinct(std::iter::once("raw".to_owned()).chain(compressed));
+        let sites = distinct(records.iter().map(|r| (labels.series(r), r.site.clone())));
+        Self { labels, series, sites }
     }
 
-    fn index(&self, codec: &str) -> usize {
-        self.codecs.iter().position(|c| c == codec).unwrap_or(0)
+    /// Of a series by its name.
+    pub(super) fn colour(&self, series: &str) -> Colour {
+        Colour::Series(self.index(series))
     }
 
-    pub(super) fn colour(&self, codec: &str) -> Colour {
-        Colour::Series(self.index(codec))
+    fn index(&self, series: &str) -> usize {
+        self.series.iter().position(|s| s == series).unwrap_or(0)
     }
 
-    pub(super) fn codec_mark(&self, codec: &str) -> Mark {
-        Mark::filled(Shape::series(self.index(codec)), self.colour(codec))
+    /// The mark of a series, by its name.
+    pub(super) fn mark(&self, series: &str) -> Mark {
+        Mark::filled(shape(self.index(series)), self.colour(series))
     }
 
-    /// The mark of a codec at a site.
-    pub(in super::super) fn series_mark(&self, record: &Record) -> Mark {
-        let at = self.series.iter().position(|(codec, site)| *codec == record.codec && *site == record.site);
-        Mark::filled(Shape::series(at.unwrap_or(0)), self.colour(&record.codec))
+    /// The mark of a record's series.
+    pub(super) fn mark_of(&self, record: &Record) -> Mark {
+        self.mark(&self.labels.series(record))
     }
 
-    /// One entry for each codec of these cells.
-    pub(super) fn codec_entries(&self, cells: &[&Record]) -> Vec<LegendEntry> {
-        let codecs = distinct(cells.iter().map(|r| r.codec.clone()));
-        codecs.into_iter().map(|codec| LegendEntry { mark: self.codec_mark(&codec), label: codec }).collect()
+    /// The mark of a record's series at its site.
+    pub(in super::super) fn site_mark(&self, record: &Record) -> Mark {
+        let series = self.labels.series(record);
+        let at = self.sites.iter().position(|(own, site)| *own == series && *site == record.site);
+        Mark::filled(shape(at.unwrap_or(0)), self.colour(&series))
+    }
+
+    /// One entry for each series of these cells.
+    pub(super) fn series_entries(&self, cells: &[&Record]) -> Vec<LegendEntry> {
+        let series = distinct(cells.iter().map(|r| self.labels.series(r)));
+        series.into_iter().map(|label| LegendEntry { mark: self.mark(&label), label }).collect()
     }
 }
 
+/// Colours repeat after eight; shapes then begin one later, so that no two of 64 series share both.
+const fn shape(i: usize) -> Shape {
+    Shape::series(i + i / Colour::PALETTE)
+}
+
 /// What a point of a chart says.
-pub(super) fn title(record: &Record) -> String {
+pub(super) fn title(record: &Record, palette: &Palette) -> String {
     let mut title = format!(
         "{}\n{} bits per voxel, PSNR {}, picture {}, SSIM {}",
-        cell_name(record),
+        palette.labels.cell(record),
         short(record.bits_per_voxel),
         decibels(record.psnr_db),
         decibels(record.image_psnr_db),
@@ -89,10 +106,10 @@ pub(super) fn number(records: &[Record], record: &Record) -> usize {
 /// Of cells that share what is measured, one for each codec, settings and number of stages: failed only if all are.
 pub(super) fn one_per_coding<'a>(cells: &[&'a Record]) -> Vec<&'a Record> {
     let one = |name: String| {
-        let same = || cells.iter().copied().filter(|r| codec_name(r) == name);
+        let same = || cells.iter().copied().filter(|r| full_coding(r) == name);
         same().find(|r| ok(r)).or_else(|| same().next())
     };
-    distinct(cells.iter().map(|r| codec_name(r))).into_iter().filter_map(one).collect()
+    distinct(cells.iter().map(|r| full_coding(r))).into_iter().filter_map(one).collect()
 }
 
 /// A cell in a chart of one quantity against another.
@@ -107,6 +124,7 @@ pub(super) struct Placed<'a> {
 /// says of a place what is to be low. A failed cell does not compete.
 pub(super) fn contest(
     records: &[Record],
+    palette: &Palette,
     cells: &[Placed<'_>],
     costs: fn(f64, f64) -> (f64, f64),
 ) -> (Vec<Point>, Line) {
@@ -119,7 +137,8 @@ pub(super) fn contest(
             let Placed { record, x, y, mark } = placed;
             let unbeaten = best.iter().any(|b| std::ptr::eq(*b, placed));
             let mark = if ok(record) { Mark { faint: !unbeaten, ..*mark } } else { Mark::failure() };
-            Point { x: *x, y: *y, mark, title: title(record), cell: Some(number(records, record)), unbeaten }
+            let (title, cell) = (title(record, palette), Some(number(records, record)));
+            Point { x: *x, y: *y, mark, title, cell, unbeaten }
         })
         .collect();
     points.sort_by_key(|p| (p.mark == Mark::failure(), p.unbeaten));
@@ -158,13 +177,14 @@ pub(super) fn filled_and_hollow(shape: Shape, filled: &str, hollow: &str) -> Vec
     vec![entry(true, filled), entry(false, hollow)]
 }
 
-/// One entry for each codec at each site of these cells, baselines left out.
-pub(super) fn series_entries(palette: &Palette, cells: &[&Record]) -> Vec<LegendEntry> {
-    let series = distinct(cells.iter().map(|r| (r.codec.clone(), r.site.clone())));
-    let entry = |(codec, site): (String, String)| {
-        let plain = |r: &&&Record| r.codec == codec && r.site == site && ok(r) && Baseline::of(r).is_none();
-        let mark = palette.series_mark(cells.iter().find(plain)?);
-        Some(LegendEntry { mark, label: format!("{codec}, {site}") })
+/// One entry for each series at each site of these cells, baselines left out.
+pub(super) fn site_entries(palette: &Palette, cells: &[&Record]) -> Vec<LegendEntry> {
+    let named = |r: &Record| (palette.labels.series(r), r.site.clone());
+    let series = distinct(cells.iter().map(|r| named(r)));
+    let entry = |own: (String, String)| {
+        let plain = |r: &&&Record| named(r) == own && ok(r) && Baseline::of(r).is_none();
+        let mark = palette.site_mark(cells.iter().find(plain)?);
+        Some(LegendEntry { mark, label: format!("{}, {}", own.0, own.1) })
     };
     series.into_iter().filter_map(entry).collect()
 }

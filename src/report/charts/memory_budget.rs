@@ -6,7 +6,7 @@ use super::super::chart::{Axis, Chart, Colour, Line, Mark, Point, Scale, Shape};
 use super::super::number::short;
 use super::super::pareto;
 use super::marks::{
-    Palette, baseline_entries, baseline_mark, beaten_entries, filter_entries, number, series_entries, title,
+    Palette, baseline_entries, baseline_mark, beaten_entries, filter_entries, number, site_entries, title,
 };
 use super::{Drawing, Sheet};
 use crate::experiment::record::Record;
@@ -40,7 +40,7 @@ pub(super) fn best_picture(
             x: memory / MIB,
             y: psnr,
             mark,
-            title: told(record, memory),
+            title: told(record, palette, memory),
             cell: Some(number(records, record)),
             unbeaten,
         }
@@ -51,7 +51,7 @@ pub(super) fn best_picture(
     let steps = steps(&best.iter().map(|(_, memory, psnr)| (memory / MIB, *psnr)).collect::<Vec<_>>(), most);
     let lines = vec![Line { points: steps, colour: Colour::Ink, dashed: false }];
     let records_of: Vec<&Record> = cells.iter().map(|c| c.0).collect();
-    let mut legend = series_entries(palette, &records_of);
+    let mut legend = site_entries(palette, &records_of);
     legend.extend(filter_entries(&records_of, Shape::Circle));
     legend.extend(baseline_entries(&records_of));
     legend.extend(beaten_entries(&points));
@@ -61,7 +61,7 @@ pub(super) fn best_picture(
         view.name()
     );
     let chart = Chart { description, x: axis(), y, lines, points, legend };
-    (!chart.points.is_empty()).then(|| Drawing { chart, sheet: Some(sheet(&best, view, device)) })
+    (!chart.points.is_empty()).then(|| Drawing { chart, sheet: Some(sheet(&best, palette, view, device)) })
 }
 
 /// The frame time of the cell with the best picture, over the memory that there is.
@@ -81,7 +81,7 @@ pub(super) fn its_frame_time(
     let point = |&(record, memory, _): &(&Record, f64, f64)| {
         let y = record.relative_frame_time?;
         let cell = Some(number(records, record));
-        let title = told(record, memory);
+        let title = told(record, palette, memory);
         Some(Point { x: memory / MIB, y, mark: mark(palette, record), title, cell, unbeaten: true })
     };
     let points: Vec<Point> = best.iter().filter(timed).filter_map(point).collect();
@@ -100,7 +100,7 @@ pub(super) fn its_frame_time(
         lines.push(Line { points, colour: Colour::Ink, dashed: false });
     }
     let shown: Vec<&Record> = best.iter().filter(timed).map(|c| c.0).collect();
-    let mut legend = series_entries(palette, &shown);
+    let mut legend = site_entries(palette, &shown);
     legend.extend(filter_entries(&shown, Shape::Circle));
     legend.extend(baseline_entries(&shown));
     let description = format!(
@@ -116,12 +116,12 @@ fn axis() -> Axis {
 }
 
 fn mark(palette: &Palette, record: &Record) -> Mark {
-    let plain = || Mark { filled: blends(record), ..palette.series_mark(record) };
+    let plain = || Mark { filled: blends(record), ..palette.site_mark(record) };
     Baseline::of(record).map_or_else(plain, baseline_mark)
 }
 
-fn told(record: &Record, memory: f64) -> String {
-    format!("{}\nfits into {} MiB", title(record), short(Some(memory / MIB)))
+fn told(record: &Record, palette: &Palette, memory: f64) -> String {
+    format!("{}\nfits into {} MiB", title(record, palette), short(Some(memory / MIB)))
 }
 
 /// Cells that ended well with their memory in bytes and the PSNR of their picture. The uncompressed compete too.
@@ -150,7 +150,7 @@ fn steps(points: &[(f64, f64)], end: f64) -> Vec<(f64, f64)> {
 }
 
 /// The best cell for each power of two, from the first that any cell fits into to the first that all fit into.
-fn sheet(best: &[(&Record, f64, f64)], view: &View, device: &str) -> Sheet {
+fn sheet(best: &[(&Record, f64, f64)], palette: &Palette, view: &View, device: &str) -> Sheet {
     let mut sheet = Sheet::new(&[
         "budget_bytes",
         "volume",
@@ -167,6 +167,7 @@ fn sheet(best: &[(&Record, f64, f64)], view: &View, device: &str) -> Sheet {
         "image_psnr_db",
         "relative_frame_time",
         "frame_ms",
+        "series",
     ]);
     let (Some(first), Some(last)) = (best.first(), best.last()) else { return sheet };
     let mut budget = 1u64;
@@ -188,7 +189,8 @@ fn sheet(best: &[(&Record, f64, f64)], view: &View, device: &str) -> Sheet {
             let words = words.map(str::to_owned);
             let more = [r.skipping.to_string(), stages, memory.to_string(), psnr.to_string()];
             let times = [number(r.relative_frame_time), number(r.frame_ms)];
-            sheet.row([budget.to_string()].into_iter().chain(words).chain(more).chain(times));
+            let row = [budget.to_string()].into_iter().chain(words).chain(more).chain(times);
+            sheet.row(row.chain([palette.labels.series(r)]));
         }
         if budget as f64 >= last.1 || budget > u64::MAX / 2 {
             return sheet;
@@ -232,14 +234,14 @@ mod tests {
         let names: Vec<&str> = best.iter().map(|c| c.0.codec.as_str()).collect();
         assert_eq!(names, ["tvq", "s3dc", "raw"]);
         assert_eq!(best[0].0.relative_frame_time, Some(4.0), "of equal ones the fastest");
-        let rows = sheet(&best, &view, "gpu").rows;
+        let palette = Palette::new(&records);
+        let rows = sheet(&best, &palette, &view, "gpu").rows;
         let told: Vec<(&str, &str)> = rows.iter().map(|r| (r[0].as_str(), r[5].as_str())).collect();
         let mib = [1u64, 2, 4, 8, 16].map(|m| (m << 20).to_string());
         let codecs = ["tvq", "tvq", "s3dc", "s3dc", "raw"];
         assert_eq!(told, mib.iter().map(String::as_str).zip(codecs).collect::<Vec<_>>());
         let line = steps(&[(1.0, 38.0), (4.0, 45.0)], 16.0);
         assert_eq!(line, [(1.0, 38.0), (4.0, 38.0), (4.0, 45.0), (16.0, 45.0)]);
-        let palette = Palette::new(&records);
         let chart = best_picture(&records, &palette, &view, "gpu").unwrap().chart;
         assert_eq!(chart.points.iter().filter(|p| p.unbeaten).count(), 3);
         assert_eq!(chart.points.iter().filter(|p| p.mark.faint).count(), 3);

@@ -2,6 +2,7 @@
 
 mod cost_growth;
 mod encode_time;
+mod error_histogram;
 mod marks;
 mod memory_budget;
 mod pooled;
@@ -9,6 +10,8 @@ mod rate_distortion;
 mod speed_accuracy;
 
 pub(super) use marks::{Palette, baseline_mark, failure_entry, filter_entries};
+
+use std::path::Path;
 
 use super::beside::{Figure, file_name};
 use super::cells::{View, devices, views, volumes};
@@ -86,6 +89,7 @@ impl List {
         let volume = of.volume.map(str::to_owned);
         self.figures.push(Figure {
             name,
+            kind: kind.to_owned(),
             volume,
             caption,
             wide,
@@ -112,13 +116,29 @@ const BUDGET: &str = "Memory is what stays on the device while it draws or, wher
 const GROWTH: &str = "One volume in several sizes. Dashed: cost = a · voxels^b by least squares of the logarithms, b with \
     its standard error.";
 
-/// All charts: those of all volumes together first, then volume by volume.
-pub(super) fn figures(records: &[Record], provenance: &Provenance) -> Vec<Figure> {
-    let palette = Palette::new(records);
+/// All charts: those of all volumes together first, then volume by volume. Histograms of errors are read from `dir`.
+pub(super) fn figures(
+    dir: &Path,
+    records: &[Record],
+    provenance: &Provenance,
+    palette: &Palette,
+) -> Vec<Figure> {
     let mut list = List { figures: Vec::new(), several: devices(records.iter()).len() > 1 };
-    all_volumes(&mut list, records, provenance, &palette);
+    all_volumes(&mut list, records, provenance, palette);
     for volume in volumes(records) {
-        one_volume(&mut list, records, &palette, &volume);
+        one_volume(&mut list, records, palette, &volume);
+        if let Some((drawing, note)) =
+            error_histogram::error_histogram(dir, records, palette, provenance, &volume)
+        {
+            let of = Subject { volume: Some(&volume), note: Some(&note), ..Subject::default() };
+            list.add(
+                Some(drawing),
+                "error-histogram",
+                "Errors of the voxels at about the same rate",
+                &of,
+                true,
+            );
+        }
     }
     list.figures
 }

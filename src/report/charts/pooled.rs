@@ -1,4 +1,4 @@
-//! Rate–distortion over several volumes: what a codec reaches on average.
+//! Rate–distortion over several volumes: what a codec, or a method of it, reaches on average.
 
 use super::super::bjontegaard::Pchip;
 use super::super::cells::volumes;
@@ -10,17 +10,17 @@ use super::rate_distortion::rate_axis;
 use super::{Drawing, Sheet};
 use crate::experiment::record::Record;
 
-/// Marks along a codec's line.
+/// Marks along a line.
 const MARKS: u32 = 9;
 /// Pieces of line between two marks.
 const PIECES: u32 = 8;
 
-const DEFINITION: &str = "Mean over the volumes of the PSNR at the same rate: each codec's curve on each volume is interpolated \
-    by monotone cubics over the logarithm of the rate, and the mean drawn where the codec's curves reach on all of them.";
+const DEFINITION: &str = "Mean over the volumes of the PSNR at the same rate: each curve on each volume is interpolated \
+    by monotone cubics over the logarithm of the rate, and the mean drawn where the curves of a series reach on all of them.";
 
-/// A codec's quality on each volume, over log10 of the rate.
+/// The quality of a series on each volume, over log10 of the rate.
 struct Pool {
-    codec: String,
+    series: String,
     curves: Vec<(String, Pchip)>,
 }
 
@@ -39,22 +39,22 @@ impl Pool {
     }
 }
 
-/// Mean over the volumes of a codec's PSNR at the same rate, between the rates that all of its curves cover. A codec is
-/// drawn if it has a curve of two points or more on each of the volumes on which any codec has one, so that all lines are
+/// Mean over the volumes of a series' PSNR at the same rate, between the rates that all of its curves cover. A series is
+/// drawn if it has a curve of two points or more on each of the volumes on which any series has one, so that all lines are
 /// means over the same volumes. With the chart comes how it is defined, in words.
 pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) -> Option<(Drawing, String)> {
     let mut pools: Vec<Pool> = Vec::new();
     let mut pooled = Vec::new();
     for volume in volumes(records) {
-        let curves = of_volume(records, &volume, measure).into_iter();
-        let mut curves = curves.filter_map(|(codec, curve)| Some((codec, curve.quality()?))).peekable();
+        let curves = of_volume(records, &palette.labels, &volume, measure).into_iter();
+        let mut curves = curves.filter_map(|(series, curve)| Some((series, curve.quality()?))).peekable();
         if curves.peek().is_some() {
             pooled.push(volume.clone());
         }
-        for (codec, curve) in curves {
-            match pools.iter_mut().find(|p| p.codec == codec) {
+        for (series, curve) in curves {
+            match pools.iter_mut().find(|p| p.series == series) {
                 Some(pool) => pool.curves.push((volume.clone(), curve)),
-                None => pools.push(Pool { codec, curves: vec![(volume.clone(), curve)] }),
+                None => pools.push(Pool { series, curves: vec![(volume.clone(), curve)] }),
             }
         }
     }
@@ -64,7 +64,7 @@ pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) ->
     let (drawn, left_out): (Vec<Pool>, Vec<Pool>) =
         pools.into_iter().partition(|p| p.curves.len() == pooled.len() && p.common().is_some());
     let mut sheet = Sheet::new(&[
-        "codec",
+        "series",
         "bits_per_voxel",
         "mean_psnr_db",
         "lowest_psnr_db",
@@ -77,24 +77,24 @@ pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) ->
         let at = |i: u32, of: u32| low + (high - low) * f64::from(i) / f64::from(of);
         let all = PIECES * (MARKS - 1);
         let line = (0..=all).map(|i| at(i, all)).map(|rate| (10f64.powf(rate), pool.mean(rate))).collect();
-        lines.push(Line { points: line, colour: palette.colour(&pool.codec), dashed: false });
+        lines.push(Line { points: line, colour: palette.colour(&pool.series), dashed: false });
         for rate in (0..MARKS).map(|i| at(i, MARKS - 1)) {
             let (x, y) = (10f64.powf(rate), pool.mean(rate));
             let each: Vec<f64> = pool.curves.iter().map(|(_, curve)| curve.at(rate)).collect();
             let (least, most) =
                 (each.iter().copied().fold(y, f64::min), each.iter().copied().fold(y, f64::max));
             let mut title =
-                format!("{}: {} at {} bits per voxel", pool.codec, decibels(Some(y)), short(Some(x)));
+                format!("{}: {} at {} bits per voxel", pool.series, decibels(Some(y)), short(Some(x)));
             for ((volume, _), psnr) in pool.curves.iter().zip(&each) {
                 title += &format!("\n{volume}: {}", decibels(Some(*psnr)));
             }
-            let mark = palette.codec_mark(&pool.codec);
+            let mark = palette.mark(&pool.series);
             points.push(Point { x, y, mark, title, cell: None, unbeaten: false });
             let values = [x, y, least, most].map(|v| v.to_string());
-            let row = std::iter::once(pool.codec.clone()).chain(values);
+            let row = std::iter::once(pool.series.clone()).chain(values);
             sheet.row(row.chain(std::iter::once(pooled.len().to_string())));
         }
-        legend.push(LegendEntry { mark: palette.codec_mark(&pool.codec), label: pool.codec.clone() });
+        legend.push(LegendEntry { mark: palette.mark(&pool.series), label: pool.series.clone() });
     }
     let x = rate_axis(points.iter().map(|p| p.x));
     let y = Axis::new(
@@ -106,7 +106,7 @@ pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) ->
         format!("Mean PSNR over {} volumes at equal bits per voxel, {}", pooled.len(), measure.name());
     let mut note = format!("{DEFINITION} Volumes: {}.", pooled.join(", "));
     if !left_out.is_empty() {
-        let names: Vec<&str> = left_out.iter().map(|p| p.codec.as_str()).collect();
+        let names: Vec<&str> = left_out.iter().map(|p| p.series.as_str()).collect();
         note += &format!(" Left out, since not on all of them or at no common rate: {}.", names.join(", "));
     }
     let chart = Chart { description, x, y, lines, points, legend };

@@ -1,9 +1,10 @@
 //! Quality over bits per voxel, of one volume.
 
-use super::super::cells::{View, blends, codec_name, distinct, ok, site_rank};
+use super::super::cells::{View, blends, distinct, ok, site_rank};
 use super::super::chart::{Axis, Chart, Line, Mark, Point, Scale, Shape};
 use super::super::pareto;
 use super::marks::{Palette, failure_entries, filter_entries, number, one_per_coding, title};
+use crate::experiment::labels::full_coding;
 use crate::experiment::record::Record;
 
 /// The axis of rates: logarithmic where they span more than a decade.
@@ -21,7 +22,7 @@ pub(super) fn rate_axis(rates: impl Iterator<Item = f64>) -> Axis {
     }
 }
 
-/// Points of several codecs over bits per voxel, and a line along the best of each codec.
+/// Points of several series over bits per voxel, and a line along the best of each.
 fn rate_chart(
     description: String,
     y: Axis,
@@ -35,24 +36,24 @@ fn rate_chart(
     let place = |r: &Record| Some((r.bits_per_voxel?, value(r)?)).filter(|(a, b)| x.shows(*a) && y.shows(*b));
     let mut lines = Vec::new();
     let mut best: Vec<&Record> = Vec::new();
-    for codec in distinct(cells.iter().map(|r| r.codec.clone())) {
-        let own = cells.iter().filter(|r| r.codec == codec && ok(r));
+    for series in distinct(cells.iter().map(|r| palette.labels.series(r))) {
+        let own = cells.iter().filter(|r| palette.labels.series(r) == series && ok(r));
         let own: Vec<(&Record, (f64, f64))> = own.filter_map(|r| Some((*r, place(r)?))).collect();
         let costs: Vec<(f64, f64)> = own.iter().map(|(_, (rate, value))| (*rate, -value)).collect();
         let front = pareto::front(&costs);
         best.extend(front.iter().map(|i| own[*i].0));
         let points = front.into_iter().map(|i| own[i].1).collect();
-        lines.push(Line { points, colour: palette.colour(&codec), dashed: false });
+        lines.push(Line { points, colour: palette.colour(&series), dashed: false });
     }
     let point = |r: &&Record| {
         let (x, y) = place(r)?;
         let mark = if ok(r) { mark(r) } else { Mark::failure() };
         let unbeaten = best.iter().any(|b| std::ptr::eq(*b, *r));
-        Some(Point { x, y, mark, title: title(r), cell: Some(number(records, r)), unbeaten })
+        Some(Point { x, y, mark, title: title(r, palette), cell: Some(number(records, r)), unbeaten })
     };
     let mut points: Vec<Point> = cells.iter().filter_map(point).collect();
     points.sort_by_key(|p| p.mark == Mark::failure());
-    let mut legend = palette.codec_entries(cells);
+    let mut legend = palette.series_entries(cells);
     legend.extend(failure_entries(&points));
     Chart { description, x, y, lines, points, legend }
 }
@@ -67,8 +68,7 @@ pub(super) fn voxel_psnr(records: &[Record], palette: &Palette, volume: &str) ->
         ..Axis::new("psnr_db", "PSNR of the voxels in dB  (better →)", Scale::Linear)
     };
     let description = format!("PSNR of the voxels over bits per voxel, volume {volume}");
-    let chart =
-        rate_chart(description, y, palette, records, &cells, |r| r.psnr_db, |r| palette.codec_mark(&r.codec));
+    let chart = rate_chart(description, y, palette, records, &cells, |r| r.psnr_db, |r| palette.mark_of(r));
     (!chart.points.is_empty()).then_some(chart)
 }
 
@@ -79,8 +79,8 @@ pub(super) fn picture_ssim(records: &[Record], palette: &Palette, view: &View) -
         let measured = |r: &&Record| r.image_ssim.is_some() && r.bits_per_voxel.is_some();
         records.iter().filter(|r| View::of(r) == *view).filter(measured)
     };
-    for key in distinct(own().map(|r| (codec_name(r), blends(r)))) {
-        let same = own().filter(|r| (codec_name(r), blends(r)) == key);
+    for key in distinct(own().map(|r| (full_coding(r), blends(r)))) {
+        let same = own().filter(|r| (full_coding(r), blends(r)) == key);
         cells.extend(same.min_by_key(|r| (!ok(r), site_rank(&r.site))));
     }
     let y = Axis {
@@ -89,7 +89,7 @@ pub(super) fn picture_ssim(records: &[Record], palette: &Palette, view: &View) -
     };
     let description =
         format!("SSIM of the picture over bits per voxel, volume {}, {}", view.volume, view.name());
-    let mark = |r: &Record| Mark { filled: blends(r), ..palette.codec_mark(&r.codec) };
+    let mark = |r: &Record| Mark { filled: blends(r), ..palette.mark_of(r) };
     let mut chart = rate_chart(description, y, palette, records, &cells, |r| r.image_ssim, mark);
     chart.legend.extend(filter_entries(&cells, Shape::Circle));
     (!chart.points.is_empty()).then_some(chart)

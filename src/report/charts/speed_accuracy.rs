@@ -5,7 +5,7 @@ use super::super::chart::{Axis, Chart, Colour, Line, Mark, Point, Scale, Shape};
 use super::super::pareto;
 use super::marks::{
     Palette, Placed, baseline_entries, baseline_mark, beaten_entries, contest, failure_entries,
-    filled_and_hollow, filter_entries, number, one_per_coding, series_entries, title,
+    filled_and_hollow, filter_entries, number, one_per_coding, site_entries, title,
 };
 use super::{Drawing, Sheet};
 use crate::experiment::record::Record;
@@ -30,12 +30,13 @@ pub(super) fn frame_time(records: &[Record], palette: &Palette, view: &View, dev
             Some(baseline) => baseline_mark(baseline),
             None => {
                 let beaten = compressed(record) && !front.contains(record);
-                Mark { filled: blends(record), faint: beaten, ..palette.series_mark(record) }
+                Mark { filled: blends(record), faint: beaten, ..palette.site_mark(record) }
             }
         };
         let unbeaten = front.iter().any(|f| std::ptr::eq(*f, *record));
         let (x, y) = (record.image_psnr_db?, record.relative_frame_time?);
-        Some(Point { x, y, mark, title: title(record), cell: Some(number(records, record)), unbeaten })
+        let (title, cell) = (title(record, palette), Some(number(records, record)));
+        Some(Point { x, y, mark, title, cell, unbeaten })
     };
     let mut points: Vec<Point> = cells.iter().filter_map(point).collect();
     if points.is_empty() {
@@ -54,7 +55,7 @@ pub(super) fn frame_time(records: &[Record], palette: &Palette, view: &View, dev
         lines.push(Line { points: vec![(low, 1.0), (high, 1.0)], colour: Colour::Ink, dashed: true });
     }
 
-    let mut legend = series_entries(palette, &cells);
+    let mut legend = site_entries(palette, &cells);
     legend.extend(filter_entries(&cells, Shape::Circle));
     legend.extend(baseline_entries(&cells));
     legend.extend(beaten_entries(&points));
@@ -106,32 +107,33 @@ pub(super) fn decode_rate(
             "psnr_db",
             "voxels_per_second",
             "unbeaten",
+            "series",
         ])),
     };
     let mut shown = Vec::new();
     for (by, rate) in [("cpu", cpu_rate as fn(&Record) -> Option<f64>), ("device", device_rate)] {
         let cells = one_per_coding(&own.iter().copied().filter(|r| rate(r).is_some()).collect::<Vec<_>>());
         let placed = cells.iter().filter_map(|r| {
-            let mark = Mark { filled: by == "device", ..palette.codec_mark(&r.codec) };
+            let mark = Mark { filled: by == "device", ..palette.mark_of(r) };
             Some(Placed { record: r, x: r.psnr_db?, y: rate(r)? / 1e6, mark })
         });
         let placed: Vec<Placed<'_>> =
             placed.filter(|p| drawing.chart.x.shows(p.x) && drawing.chart.y.shows(p.y)).collect();
-        let (mut points, line) = contest(records, &placed, |psnr, rate| (-rate, -psnr));
+        let (mut points, line) = contest(records, palette, &placed, |psnr, rate| (-rate, -psnr));
         for point in &mut points {
             point.title += &format!("\ndecoded by the {by}: {:.4} million voxels per second", point.y);
             let Some(r) = point.cell.and_then(|cell| records.get(cell)) else { continue };
             let stages = r.stages.map(|s| s.to_string()).unwrap_or_default();
             let values = [point.x.to_string(), (1e6 * point.y).to_string(), point.unbeaten.to_string()];
             let names = [volume, &r.codec, &r.settings, &stages, device, by].map(str::to_owned);
-            drawing.row(names.into_iter().chain(values));
+            drawing.row(names.into_iter().chain(values).chain([palette.labels.series(r)]));
         }
         drawing.chart.points.extend(points);
         drawing.chart.lines.push(Line { dashed: by == "cpu", ..line });
         shown.extend(placed.iter().map(|p| p.record));
     }
     let chart = &mut drawing.chart;
-    chart.legend = palette.codec_entries(&shown);
+    chart.legend = palette.series_entries(&shown);
     chart.legend.extend(filled_and_hollow(
         Shape::Circle,
         "by the device, into a texture",

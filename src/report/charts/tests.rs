@@ -39,6 +39,58 @@ fn the_mean_over_volumes_is_taken_at_equal_rates_where_all_curves_reach() {
 }
 
 #[test]
+fn methods_of_a_codec_have_lines_of_their_own() {
+    let method = |payload: &str, better: f64| {
+        let mut cells =
+            settings("a", "tvq", &[(0.5, 30.0 + better), (1.0, 35.0 + better), (2.0, 40.0 + better)]);
+        for cell in &mut cells {
+            cell.settings += &format!(" payload={payload}");
+            cell.series = format!("payload={payload}");
+            cell.encode_seconds = Some(1.0 + better);
+            cell.resident_bytes = Some(1 << 20);
+            cell.image_psnr_db = cell.psnr_db;
+            cell.relative_frame_time = Some(1.0);
+        }
+        cells
+    };
+    let mut records = method("fixed", 0.0);
+    records.extend(method("variable", 3.0));
+    let (fixed, variable) = ("tvq payload=fixed", "tvq payload=variable");
+    let drawn = |records: &[Record]| {
+        let palette = Palette::new(records);
+        let voxels = rate_distortion::voxel_psnr(records, &palette, "a").unwrap();
+        let encode = encode_time::encode_time(records, &palette, "a", "").unwrap();
+        let view = View::of(&records[0]);
+        let memory = memory_budget::best_picture(records, &palette, &view, "").unwrap().chart;
+        let labels = |chart: &Chart| chart.legend.iter().map(|entry| entry.label.clone()).collect::<Vec<_>>();
+        let lines = [voxels.lines.len(), encode.lines.len()];
+        (lines, labels(&voxels), labels(&encode), labels(&memory), voxels.legend)
+    };
+    let (lines, voxels, encode, memory, legend) = drawn(&records);
+    assert_eq!(lines, [2, 2]);
+    assert_eq!(voxels, [fixed, variable]);
+    assert_eq!(encode[..2], [fixed, variable]);
+    assert_eq!(memory[..2], [format!("{fixed}, "), format!("{variable}, ")]);
+    assert!(legend[0].mark.colour != legend[1].mark.colour && legend[0].mark.shape != legend[1].mark.shape);
+    // Told by no codec to be methods, they are settings of one curve, and of one method alone the name is the codec's.
+    let unmarked: Vec<Record> =
+        records.iter().map(|r| Record { series: String::new(), ..r.clone() }).collect();
+    let (lines, voxels, ..) = drawn(&unmarked);
+    assert_eq!((lines, voxels), ([1, 1], vec!["tvq".to_owned()]));
+    assert_eq!(drawn(&records[..3]).1, ["tvq"]);
+}
+
+#[test]
+fn more_series_than_colours_differ_in_colour_or_shape() {
+    let records: Vec<Record> = (0..20).map(|i| record("v", &format!("c{i}"))).collect();
+    let palette = Palette::new(&records);
+    let marks: Vec<_> = records.iter().map(|r| palette.mark_of(r)).collect();
+    for (i, mark) in marks.iter().enumerate() {
+        assert!(!marks[..i].contains(mark), "{i}");
+    }
+}
+
+#[test]
 fn what_another_beats_is_grey_and_devices_do_not_meet() {
     let cell = |codec: &str, device: &str, seconds: f64, psnr: f64| Record {
         device: device.into(),
@@ -78,7 +130,10 @@ fn what_another_beats_is_grey_and_devices_do_not_meet() {
     assert!((device[0].y - 250.0).abs() < 1e-9, "{}", device[0].y);
     assert_eq!(sheet.unwrap().rows.len(), 4);
 
-    let names: Vec<String> = figures(&records, &Provenance::default()).into_iter().map(|f| f.name).collect();
+    let names: Vec<String> = figures(Path::new("nowhere"), &records, &Provenance::default(), &palette)
+        .into_iter()
+        .map(|f| f.name)
+        .collect();
     for name in ["v-one-encode-time", "v-two-encode-time", "v-one-decode-rate", "v-two-decode-rate"] {
         assert!(names.iter().any(|n| n == name), "{name}: {names:?}");
     }

@@ -56,8 +56,8 @@ function showPair() {
   }
   byId("compared").hidden = options.length === 0;
   const names = pair.map((at, i) => {
-    const { name, volume, scene, renderer } = data.cells[at];
-    return element("p", {}, element("b", {}, "AB"[i]), ` ${name} `, element("span", { class: "place" }, `${volume}, ${scene}, ${renderer}`));
+    const { name, full, volume, scene, renderer } = data.cells[at];
+    return element("p", { title: full }, element("b", {}, "AB"[i]), ` ${name} `, element("span", { class: "place" }, `${volume}, ${scene}, ${renderer}`));
   });
   byId("compare-names").replaceChildren(...names);
   const fields = columns.filter((c) => c.main).map((c) => c.field);

@@ -7,7 +7,7 @@ function showDetail(at) {
   const cell = data.cells[at];
   const place = [figure(at, "site"), figure(at, "filter"), cell.renderer, cell.scene, cell.device].filter(Boolean);
   const parts = [
-    element("p", { class: "cell-name" }, element("b", {}, figure(at, "codec")), ` ${figure(at, "settings")}`),
+    element("p", { class: "cell-name", title: cell.full }, element("b", {}, figure(at, "codec")), ` ${settingsOf(at)}`),
     element("p", { class: "place" }, `${cell.volume}: ${place.join(", ")}`),
   ];
   if (cell.failed !== null) parts.push(element("p", { class: "why" }, `Failed: ${cell.failed}`));
@@ -29,6 +29,12 @@ function showDetail(at) {
     parts.push(element("pre", { class: "command" }, cell.command));
   }
   byId("detail").replaceChildren(...parts);
+}
+
+/** The settings that differ among the cells of the codec; all of them stand in titles. */
+function settingsOf(at) {
+  const settings = figure(at, "settings");
+  return settings === "–" ? "" : settings;
 }
 
 /** Other cells whose marks lie where this one's does: sites that draw the same picture from the same file. */

@@ -75,7 +75,7 @@ function testPair(check, change, press) {
   const at = Number(pointed.dataset.cell);
   const { name, command } = data.cells[at];
   check(name.startsWith(figure(at, "codec")), "figures stand in another row");
-  check(byId("detail").textContent.includes(figure(at, "settings")), "pointing shows no settings");
+  check(byId("detail").textContent.includes(settingsOf(at)), "pointing shows no settings");
   if (command) check(byId("detail").textContent.includes(command), "pointing shows no command");
 
   const start = plot.querySelector('.pt[tabindex="0"]');

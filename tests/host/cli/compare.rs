@@ -42,7 +42,9 @@ fn runs() -> Folder {
 #[test]
 fn what_was_run_twice_is_matched_and_what_was_not_is_listed() {
     let folder = runs();
-    let told = folder.cvr(&["compare", "a", "b/results.json", "--csv", "change.csv"]).exits(0).stdout;
+    let told =
+        folder.cvr(&["compare", "a", "b/results.json", "--csv", "change.csv", "--html", "change.html"]);
+    let told = told.exits(0).stdout;
     assert!(told.contains("B against A: 4 cells in both"), "{told}");
     for only in
         ["2 cells only in A:\n  rings s3dc index_bits=4", "2 cells only in B:\n  rings s3dc index_bits=8"]
@@ -57,6 +59,12 @@ fn what_was_run_twice_is_matched_and_what_was_not_is_listed() {
     let mut reader = csv::Reader::from_reader(std::io::Cursor::new(folder.read("change.csv")));
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     assert_eq!(rows.iter().filter(|r| &r[11] == "psnr_db" && &r[16] == "tie").count(), 4);
+
+    let page = folder.text("change.html");
+    assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"), "{page}");
+    for told in ["B against A", "4 cells in both.", "2 cells only in A", "rings s3dc index_bits=8, inline"] {
+        assert!(page.contains(told), "{told}: {page}");
+    }
 
     // One run against itself ties everywhere; a machine of half the speed, and a file that grew, do not.
     let itself = folder.cvr(&["compare", "a", "a"]).exits(0).stdout;
@@ -94,6 +102,8 @@ fn what_cannot_be_compared_is_bad_input_that_names_the_file() {
         (&["compare", "a", "b", "--noise=-1"], "--noise -1"),
         (&["compare", "a", "b", "--noise=NaN"], "--noise NaN"),
         (&["compare", "a", "b", "--csv", "b/results.json"], "b/results.json: is compared itself"),
+        (&["compare", "a", "b", "--html", "b/results.json"], "b/results.json: is compared itself"),
+        (&["compare", "a", "b", "--html", "x", "--csv", "x"], "--csv and --html name one file"),
         (&["compare", "a", "b", "--csv", "no/such/folder.csv"], "no/such/folder.csv"),
     ] {
         let ran = folder.cvr(words).exits(2);

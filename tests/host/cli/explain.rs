@@ -45,6 +45,12 @@ fn estimates_say_what_they_are_and_stand_on() {
     // The original's byte; stream and frame, of 5 bytes a voxel, of the baseline and of the cells of raw.
     assert!(text.contains("memory  2.8 MiB in main memory\n") && !text.contains("on the device\n"), "{text}");
     assert!(text.contains("time    about ") && text.contains(" to encode and decode, "), "{text}");
+    let host = "site host, on cpu\n  no texture, the CPU mirror draws from the decoded frame; a device would have texels of \
+                8-bit unorm\n    raw: rings\n";
+    assert!(text.contains(host), "{text}");
+    let inline = ["explain", "x.toml", "--device", "cpu", "--set", "pipeline.site=inline"];
+    let inline = folder.cvr(&[&inline[..], &one].concat()).exits(0).stdout;
+    assert!(inline.contains("memory  ") && !inline.contains("site host"), "{inline}");
     assert!(text.contains("Counted") && text.contains("Not counted"), "{text}");
     assert_eq!(folder.names(), ["x.toml"]);
 }

@@ -64,6 +64,7 @@ impl Probe {
                 kind: SettingKind::OneOf(&[1, -1]),
                 default: "-1",
             }],
+            methods: &[],
         };
         Self { flaw, info, runs: Arc::default() }
     }

@@ -70,6 +70,7 @@ pub(super) fn registry() -> Registry {
         fetch_cell: false,
         paper: None,
         settings: &[],
+        methods: &[],
     };
     let raw = CodecInfo {
         settings: &[Setting {

@@ -185,8 +185,13 @@ fn ranges_hold_what_a_texture_unit_may_make_of_blocks() {
         let fake = Fake { blocks, ..Fake::new([8, 8, 8], value) };
         fake.ranges(Level::FULL).range([0; 3]).unwrap()
     };
+    // Two of 255 codes, and 0.0265 of what a block can hold: of everything, or of what the codec knows.
     let inside = range(|_, _| 100.0, Some((510.0, -10.0)));
-    assert!((96.0 - inside.min).abs() < 0.01 && (inside.max - 104.0).abs() < 0.01, "{inside:?}");
+    assert!((82.485 - inside.min).abs() < 0.01 && (inside.max - 117.515).abs() < 0.01, "{inside:?}");
+    let known = Some(ValueRange { min: 50.0, max: 150.0 });
+    let fake = Fake { blocks: Some((510.0, -10.0)), known, ..Fake::new([8, 8, 8], |_, _| 100.0) };
+    let inside = fake.ranges(Level::FULL).range([0; 3]).unwrap();
+    assert!((93.35 - inside.min).abs() < 0.01 && (inside.max - 106.65).abs() < 0.01, "{inside:?}");
     // Texels never leave 0..1, and of a block of zeros none is anything else.
     let border = range(|_, p| if p[0] == 0 { -9.0 } else { 499.0 }, Some((510.0, -10.0)));
     assert!((border.min + 10.0).abs() < 0.01 && (border.max - 500.0).abs() < 0.01, "{border:?}");

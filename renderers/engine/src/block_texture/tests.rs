@@ -2,9 +2,8 @@
 
 use std::borrow::Cow;
 
-use cvr_core::codec::Agreement;
 use cvr_core::shader::BindingLimits;
-use cvr_core::volume::SampleType;
+use cvr_core::volume::{SampleType, ValueRange};
 
 use super::*;
 use crate::testing::test_device;
@@ -60,25 +59,23 @@ fn every_voxel_comes_from_its_block() {
     }
 }
 
-/// All levels of some endpoints, each within what a texture unit is held to. Prints how far they are off.
+/// All levels of all pairs of endpoints, each within what a texture unit is held to. Prints how far they are off.
 #[test]
 fn levels_are_within_the_tolerance() {
     let Some(device) = capable("block_texture::levels") else { return };
-    let ends: Vec<[u32; 2]> = (0..4096_u32)
-        .map(|i| [i.wrapping_mul(0x9e37_79b9) >> 24, i.wrapping_mul(0x85eb_ca6b) >> 24])
-        .collect();
+    let ends: Vec<[u32; 2]> = (0..65536_u32).map(|i| [i & 255, i >> 8]).collect();
     // The indices 0 to 7 twice.
     let indices = (0..16_u64).map(|i| (i % 8) << (3 * i)).sum::<u64>() << 16;
     let words: Vec<u32> =
         ends.iter().flat_map(|[a, b]| [a | b << 8 | indices as u32, (indices >> 32) as u32]).collect();
-    let layout = layout([256, 256, 1], 1);
+    let layout = layout([1024, 1024, 1], 1);
     let blocks = BlockTexture { scale: 255.0, offset: 0.0, ..texture(&words) };
     let read = VolumeTexture::upload_blocks(device, &layout, &blocks).unwrap().read(device).unwrap();
-    let Agreement::Absolute(most) = blocks.agreement() else { panic!("no distance") };
-    let (mut worst, mut at_ends) = (0.0_f64, 0.0_f64);
+    let agreement = blocks.agreement();
+    let (mut worst, mut at_ends) = ([0.0_f64; 2], 0.0_f64);
     for (i, found) in read.into_iter().enumerate() {
-        let (x, y) = (i % 256, i / 256);
-        let [a, b] = ends[y / 4 * 64 + x / 4].map(f64::from);
+        let (x, y) = (i % 1024, i / 1024);
+        let [a, b] = ends[y / 4 * 256 + x / 4].map(f64::from);
         let index = (y % 4 * 4 + x % 4) % 8;
         let share = |whole: f64| a + (b - a) * (index as f64 - 1.0) / whole;
         let exact = match index {
@@ -90,13 +87,23 @@ fn levels_are_within_the_tolerance() {
             _ => share(5.0),
         };
         let error = (f64::from(found) - exact).abs();
-        worst = worst.max(error);
+        let between = ValueRange { min: a.min(b) as f32, max: a.max(b) as f32 };
+        assert!(
+            agreement.allows(exact as f32, found, Some(between)),
+            "{index} of {a}, {b}: {found}, {exact}"
+        );
+        let of_mode = &mut worst[usize::from(a > b)];
+        *of_mode = of_mode.max(error);
         if index < 2 || a <= b && index > 5 {
             at_ends = at_ends.max(error);
         }
     }
-    println!("{}: levels are off by {worst:.6} of 255 at most, endpoints by {at_ends:.6}", device.info());
-    assert!(worst <= f64::from(most) && at_ends < 0.001, "{worst}, {at_ends}");
+    let [fifths, sevenths] = worst;
+    println!(
+        "{}: of 255, fifths are off by {fifths:.6} at most, sevenths by {sevenths:.6}, endpoints by {at_ends:.6}",
+        device.info()
+    );
+    assert!(at_ends < 0.001, "{at_ends}");
 }
 
 #[test]

@@ -14,6 +14,28 @@ pub(super) enum Canvas {
     Target(wgpu::Texture),
 }
 
+/// What a device did not draw.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) struct CutOff {
+    /// Pixels whose rays were cut off.
+    pub(super) pixels: usize,
+    /// The lowest number of a sample that one of them was cut off at; where all had come to their ends, the highest.
+    pub(super) sample: u32,
+}
+
+impl CutOff {
+    /// That of a picture; `None` where all is drawn. No opacity is negative but that of a ray that was cut off
+    /// ([`cvr_core::render::Rays`]).
+    fn of(pixels: &[[f32; 4]]) -> Option<Self> {
+        let cut = || pixels.iter().filter(|pixel| pixel[3] < 0.0);
+        let sample = |pixel: &[f32; 4]| pixel[0] as u32;
+        // Threads that run as one are ended as one: rays at their ends beside a long one are short, and tell nothing.
+        let unfinished = cut().filter(|pixel| pixel[1] > 0.0).map(sample).min();
+        let longest = cut().map(sample).max()?;
+        Some(Self { pixels: cut().count(), sample: unfinished.unwrap_or(longest) })
+    }
+}
+
 /// Rows of a copy between texture and buffer.
 const ROW_BYTES: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 
@@ -68,16 +90,22 @@ impl Canvas {
         }
     }
 
+    /// What of the picture as it is now the device did not draw.
+    pub(super) fn cut_off(&self, device: &Device) -> Result<Option<CutOff>, EngineError> {
+        match self {
+            Self::Buffer(buffer) => Ok(CutOff::of(&device.read_buffer(buffer, buffer.size())?)),
+            Self::Target(_) => Ok(None),
+        }
+    }
+
     /// The picture as it is now.
     pub(super) fn read(&self, device: &Device, size: [u32; 2]) -> Result<Image, EngineError> {
         let pixels = match self {
             Self::Buffer(buffer) => device.read_buffer(buffer, buffer.size())?,
             Self::Target(texture) => read_texture(device, texture)?,
         };
-        // No opacity is negative but that of a ray that was cut off (`raycasting.wgsl`).
-        let cut_off = pixels.iter().filter(|pixel: &&[f32; 4]| pixel[3] < 0.0).count();
-        if cut_off > 0 {
-            return Err(EngineError::CutOff { pixels: cut_off });
+        if let Some(CutOff { pixels, .. }) = CutOff::of(&pixels) {
+            return Err(EngineError::CutOff { pixels });
         }
         Image::from_pixels(size, pixels)
             .ok_or_else(|| EngineError::Gpu("the picture came back in another size".to_owned()))
@@ -126,5 +154,25 @@ fn too_large(size: [u32; 2], requested: u64, limit: u64, unit: &'static str) -> 
         requested,
         limit,
         unit,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_cut_off_tells_how_far_rays_came() {
+        let drawn = [0.9, 0.2, 0.1, 0.9];
+        let unfinished = |sample| [sample, 1.0, 0.0, -1.0];
+        let at_end = |sample| [sample, 0.0, 0.0, -1.0];
+        for (pixels, found) in [
+            (vec![drawn, [0.0; 4]], None),
+            (vec![drawn, at_end(3.0), unfinished(80.0), unfinished(70.0)], Some((3, 70))),
+            (vec![at_end(3.0), at_end(9.0)], Some((2, 9))),
+            (vec![unfinished(0.0)], Some((1, 0))),
+        ] {
+            assert_eq!(CutOff::of(&pixels).map(|c| (c.pixels, c.sample)), found, "{pixels:?}");
+        }
     }
 }

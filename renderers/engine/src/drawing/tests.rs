@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use cvr_core::codec::Decoder;
-use cvr_core::render::{ComputePass, Input, LayerStep, ProxyVertex, RasterPass, Template};
+use cvr_core::render::{ComputePass, Input, LayerStep, ProxyVertex, RasterPass, Rays, Template};
 use cvr_core::volume::{Axis, FrameIndex, Level};
 
 use super::*;
@@ -37,6 +37,7 @@ fn plan(size: [u32; 2], z: f32) -> Plan {
             Input { kind: BindingKind::TransferTable, contents: bytemuck::cast_slice(&[TINT; 4]).to_vec() },
         ],
         workgroups: [size[0].div_ceil(8), size[1].div_ceil(8), 1],
+        rays: Rays::None,
     };
     Plan { size, passes: vec![Pass::Compute(pass)] }
 }

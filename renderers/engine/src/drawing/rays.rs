@@ -1,0 +1,230 @@
+//! Rays followed piece by piece, where a device ends loops before they are done.
+
+use std::sync::{Arc, OnceLock};
+
+use cvr_core::render::{ComputePass, Filter, Rays};
+use cvr_core::shader::{GeneratedShader, Request, ShaderError, generate};
+
+use super::canvas::CutOff;
+use crate::bindings::{Bound, Parts, Supplies};
+use crate::source::Voxels;
+use crate::timestamps::FrameTimestamps;
+use crate::{Device, DrawSource, EngineError, VolumeTexture};
+
+/// The pieces in which rays are followed.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct RayPieces {
+    /// Samples that a ray takes in one piece at most.
+    pub samples: u32,
+    /// Pieces after which all rays are at their ends.
+    pub pieces: u32,
+}
+
+impl std::fmt::Display for RayPieces {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { samples, pieces } = self;
+        let count = |n: &u32, what: &str| format!("{n} {what}{}", if *n == 1 { "" } else { "s" });
+        write!(
+            f,
+            "rays walked in {} of {}: this device ends loops that take longer",
+            count(pieces, "piece"),
+            count(samples, "sample")
+        )
+    }
+}
+
+/// A pass that follows rays at once, and what follows them in pieces. Which of the two a picture takes is settled once.
+#[derive(Debug)]
+pub(super) struct RayWalk {
+    pass: ComputePass,
+    shader: Result<GeneratedShader, ShaderError>,
+    image: wgpu::Buffer,
+    /// What holds the volume: buffers that are uploaded already, or a texture.
+    parts: Parts,
+    texture: Option<Arc<VolumeTexture>>,
+    settled: OnceLock<Option<InPieces>>,
+}
+
+impl RayWalk {
+    /// `None` where the pass follows no rays. Only text is made here: a picture without pieces compiles nothing for them.
+    pub(super) fn new(
+        device: &Device,
+        pass: &ComputePass,
+        (voxels, source): (&Voxels<'_>, &DrawSource<'_>),
+        filter: Filter,
+        (image, parts): (&wgpu::Buffer, Parts),
+    ) -> Option<Self> {
+        let pass = pass.in_pieces()?;
+        let shader = generate(&Request {
+            templates: &pass.templates,
+            entry: pass.entry,
+            bindings: &pass.bindings(),
+            layout: voxels.layout,
+            source: voxels.source.clone(),
+            filter: Some(filter),
+            limits: device.binding_limits(),
+        });
+        let texture = match source {
+            DrawSource::Texture(texture) => Some(Arc::clone(texture)),
+            DrawSource::Inline { .. } | DrawSource::Ring { .. } => None,
+        };
+        Some(Self { pass, shader, image: image.clone(), parts, texture, settled: OnceLock::new() })
+    }
+
+    /// How the picture is drawn, once that is settled: in pieces, or (`None` inside) at once.
+    pub(super) fn settled(&self) -> Option<Option<&InPieces>> {
+        self.settled.get().map(Option::as_ref)
+    }
+
+    /// The pieces, if it is settled that there are some.
+    pub(super) fn in_pieces(&self) -> Option<&InPieces> {
+        self.settled().flatten()
+    }
+
+    /// Nothing was cut off.
+    pub(super) fn settle_at_once(&self) {
+        self.settled.get_or_init(|| None);
+    }
+
+    /// Finds pieces for rays that were cut off: as long as the shortest way that one of them came at once allows.
+    pub(super) fn settle_by(
+        &self,
+        device: &Device,
+        cut_off: CutOff,
+    ) -> Result<Option<&InPieces>, EngineError> {
+        let samples = 1 << cut_off.sample.max(1).ilog2();
+        let found = self.find(device, samples)?;
+        Ok(self.settled.get_or_init(|| Some(found)).as_ref())
+    }
+
+    /// Finds pieces of at most this many samples, whatever was settled before.
+    pub(super) fn settle_in_pieces(&mut self, device: &Device, samples: u32) -> Result<(), EngineError> {
+        self.settled = OnceLock::from(Some(self.find(device, samples.max(1))?));
+        Ok(())
+    }
+
+    /// Draws whole frames in ever shorter pieces, from `samples` on, until one is drawn in which no ray was cut off.
+    fn find(&self, device: &Device, samples: u32) -> Result<InPieces, EngineError> {
+        let shader = self.shader.as_ref().map_err(|problem| {
+            EngineError::Unsupported(format!("rays cannot be followed in pieces on this device: {problem}"))
+        })?;
+        let rays = self.image.size() / size_of::<[f32; 4]>() as u64;
+        let (uniform, progress) = device.guarded("preparing pieces of rays", || {
+            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+            let uniform = device.empty_buffer("pieces", usage, 16)?;
+            let usage =
+                wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+            Ok((uniform, device.empty_buffer("progress", usage, rays * size_of::<u32>() as u64)?))
+        })?;
+        let supplies = Supplies {
+            inputs: &self.pass.inputs,
+            output: Some(&self.image),
+            pieces: Some([&uniform, &progress]),
+            texture: self.texture.as_deref(),
+            ..Supplies::default()
+        };
+        let bound = Bound::new(device, shader, &supplies, &mut self.parts.clone())?;
+        let pieces = RayPieces { samples, pieces: 0 };
+        let mut found = InPieces { bound, workgroups: self.pass.workgroups, progress, pieces };
+        loop {
+            device.guarded("preparing pieces of rays", || {
+                device.queue().write_buffer(
+                    &uniform,
+                    0,
+                    bytemuck::bytes_of(&[found.pieces.samples, 0, 0, 0]),
+                );
+                Ok(())
+            })?;
+            match found.try_frame(device)? {
+                Tried::Drawn { pieces } => {
+                    found.pieces.pieces = pieces;
+                    return Ok(found);
+                }
+                Tried::CutOff { pixels } if found.pieces.samples == 1 => {
+                    return Err(EngineError::CutOff { pixels });
+                }
+                Tried::CutOff { .. } => found.pieces.samples /= 2,
+            }
+        }
+    }
+}
+
+/// What became of a frame in pieces of some length.
+enum Tried {
+    Drawn { pieces: u32 },
+    CutOff { pixels: usize },
+}
+
+/// A pass that follows rays in pieces, ready to be dispatched.
+#[derive(Debug)]
+pub(super) struct InPieces {
+    bound: Bound,
+    workgroups: [u32; 3],
+    progress: wgpu::Buffer,
+    pieces: RayPieces,
+}
+
+impl InPieces {
+    pub(super) const fn pieces(&self) -> RayPieces {
+        self.pieces
+    }
+
+    /// Records all pieces of a frame. What sets rays back to their beginnings lies between the timestamps too.
+    pub(super) fn record_frame(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamps: Option<&FrameTimestamps>,
+    ) {
+        let pass = |index| wgpu::ComputePassDescriptor {
+            label: Some("draw"),
+            timestamp_writes: timestamps.and_then(|t| t.writes(index, 2)),
+        };
+        drop(encoder.begin_compute_pass(&pass(0)));
+        encoder.clear_buffer(&self.progress, 0, None);
+        let mut pass = encoder.begin_compute_pass(&pass(1));
+        for _ in 0..self.pieces.pieces {
+            self.bound.dispatch(&mut pass, self.workgroups);
+        }
+    }
+
+    /// Fails where a ray of the last frame is not at its end.
+    pub(super) fn check(&self, device: &Device) -> Result<(), EngineError> {
+        let progress: Vec<u32> = device.read_buffer(&self.progress, self.progress.size())?;
+        match progress.iter().filter(|&&next| next != Rays::END).count() {
+            0 => Ok(()),
+            pixels => Err(EngineError::CutOff { pixels }),
+        }
+    }
+
+    /// Draws a frame piece by piece, and looks at what each has done. A frame in which a ray was cut off is void.
+    fn try_frame(&self, device: &Device) -> Result<Tried, EngineError> {
+        let mut before = Vec::new();
+        for pieces in 1.. {
+            device.guarded("drawing a piece of rays", || {
+                let mut encoder =
+                    device.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                if pieces == 1 {
+                    encoder.clear_buffer(&self.progress, 0, None);
+                }
+                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                self.bound.dispatch(&mut pass, self.workgroups);
+                drop(pass);
+                device.queue().submit([encoder.finish()]);
+                Ok(())
+            })?;
+            let progress: Vec<u32> = device.read_buffer(&self.progress, self.progress.size())?;
+            let cut = progress.iter().filter(|&&next| next == Rays::CUT).count();
+            if cut > 0 {
+                return Ok(Tried::CutOff { pixels: cut });
+            }
+            if progress.iter().all(|&next| next == Rays::END) {
+                return Ok(Tried::Drawn { pieces });
+            }
+            if progress == before {
+                break;
+            }
+            before = progress;
+        }
+        Err(EngineError::Gpu("drawing in pieces: rays make no headway".to_owned()))
+    }
+}

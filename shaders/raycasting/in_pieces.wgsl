@@ -1,0 +1,22 @@
+// Rays are followed piece by piece, in one dispatch after another, for devices that end loops. Between them the picture
+// holds what rays have summed, and `progress` the sample that comes next.
+
+struct Pieces {
+    // Samples that a ray takes in one piece at most.
+    samples: u32,
+}
+
+fn walk_so_far(pixel: u32) -> Walk {
+    let next = progress[pixel];
+    // A ray that has not begun has summed nothing, and the picture is an older one.
+    return Walk(select(image[pixel], vec4<f32>(0.0), next == 0u), next);
+}
+
+fn may_go_on(taken: u32) -> bool {
+    return taken < pieces.samples;
+}
+
+fn keep_walk(pixel: u32, walk: Walk) {
+    image[pixel] = walk.result;
+    progress[pixel] = walk.next;
+}
