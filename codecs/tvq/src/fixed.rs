@@ -9,19 +9,16 @@ use crate::books::Book;
 use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::VOXELS;
 use crate::payload::{fixed_frame, fixed_words, mean_width};
-use crate::plan::FEW;
-use crate::settings::Target;
+use crate::settings::{CODE_BITS, Target};
 use crate::table::{Partition, Table};
 use crate::train::Trainer;
 
 /// Widths at which training curves are measured.
-const MEASURED: [u32; 6] = [1, 2, 3, 5, 7, 9];
+const MEASURED: [u32; 4] = [3, 5, 7, 9];
 /// Blocks on which they are measured.
 const OVERVIEW: u64 = 12288;
-/// Bits of a code at least, beside none, where blocks are not few.
-const NARROWEST: u32 = 4;
-/// Bits of a code at most.
-const WIDEST: u32 = 16;
+/// Widths of a code that a stream may have beside none.
+const WIDTHS: std::ops::RangeInclusive<u32> = 4..=16;
 /// How many budgets are tried for a PSNR.
 const SEARCH: usize = 12;
 /// How often the widths are chosen anew.
@@ -37,14 +34,14 @@ struct Plan {
     mean_square: f64,
     /// Largest less smallest mean, in units of sums.
     mean_span: f64,
-    /// Codewords that a codebook may have; one is none.
-    sizes: Vec<usize>,
+    /// Most bits of a code that there are blocks for.
+    widest: u32,
 }
 
-/// Codewords of each partition, and the error (root mean square, in units of sums) that they are expected to leave.
+/// Widths, and the error (root mean square, in units of sums) that they are expected to leave.
 #[derive(Copy, Clone, Debug, PartialEq)]
-struct Sizes {
-    codewords: [usize; 3],
+struct Widths {
+    codes: [u32; 3],
     expected: f64,
 }
 
@@ -53,14 +50,11 @@ impl Plan {
         let domains: Vec<_> = work.domains().cloned().collect();
         let seed = work.options.seed;
         let sample = Sample::draw(work.source, &domains, work.quantiser, OVERVIEW, seed, work.run)?;
-        let mut trainer = Trainer::new(&sample, work.training(true));
-        trainer.copies = work.tables();
+        let trainer = Trainer::new(&sample, work.training(true));
         // What 38 dB leave, to begin with.
         let expected = 0.0126 * work.span / work.unit();
         let most = (sample.len() / 3).max(1).ilog2();
-        let narrowest = if work.blocks() / work.tables() > FEW { NARROWEST } else { 1 };
-        let measured: Vec<u32> =
-            MEASURED.into_iter().filter(|w| (narrowest.min(3)..=most).contains(w)).collect();
+        let measured: Vec<u32> = MEASURED.into_iter().filter(|w| *w <= most).collect();
         let threshold = work.threshold(expected);
         let (curves, mean_square) =
             trainer.curves(&measured, work.mean_shift(expected), threshold, work.run)?;
@@ -70,19 +64,16 @@ impl Plan {
             means.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| (low.min(m), high.max(m)));
         // Sub-volumes are trained one by one: none has codewords for more blocks than the smallest has.
         let fewest = domains.iter().map(Domain::blocks).min().unwrap_or(1);
-        let widths = narrowest..=fewest.max(1).ilog2().clamp(1, WIDEST);
-        // Three quarters of a power of two between: few codewords cost more than the bit that few blocks' codes do not need.
-        let between = |w: u32| (narrowest == 1 && w > 1).then(|| 3 << (w - 2));
-        let sizes = std::iter::once(1).chain(widths.flat_map(|w| between(w).into_iter().chain([1 << w])));
-        Ok(Self { curves, measured, mean_square, mean_span: high - low, sizes: sizes.collect() })
+        let widest = fewest.max(1).ilog2().clamp(1, *WIDTHS.end());
+        Ok(Self { curves, measured, mean_square, mean_span: high - low, widest })
     }
 
-    /// The logarithm of the part that one of so many codewords leaves, between and beyond what was measured.
-    fn left(&self, partition: usize, codewords: usize) -> f64 {
+    /// The logarithm of the part that a code of `width` bits leaves, between and beyond what was measured.
+    fn left(&self, partition: usize, width: u32) -> f64 {
         let points: Vec<(f64, f64)> = std::iter::once((0.0, 0.0))
             .chain(self.measured.iter().map(|w| f64::from(*w)).zip(self.curves[partition].iter().copied()))
             .collect();
-        let width = (codewords as f64).log2();
+        let width = f64::from(width);
         let after = points.iter().position(|p| p.0 >= width).unwrap_or(points.len() - 1).max(1);
         let (Some(a), Some(b)) = (points.get(after - 1), points.get(after)) else { return 0.0 };
         a.1 + (b.1 - a.1) * (width - a.0) / (b.0 - a.0)
@@ -92,31 +83,31 @@ impl Plan {
         (self.mean_span / f64::from(1_u32 << shift) + 2.0).log2().ceil().max(1.0)
     }
 
-    fn expected(&self, codewords: [usize; 3]) -> f64 {
-        let left: f64 = codewords.into_iter().enumerate().map(|(p, n)| self.left(p, n)).sum();
+    fn expected(&self, codes: [u32; 3]) -> f64 {
+        let left: f64 = codes.into_iter().enumerate().map(|(p, w)| self.left(p, w)).sum();
         (self.mean_square * left.exp()).sqrt().max(0.5)
     }
 
-    /// Codewords within `budget` for all codes and codebooks, and with `with_means` the means.
-    fn sizes(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Sizes {
+    /// Widths within `budget` for all codes and codebooks, and with `with_means` the means.
+    fn widths(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Widths {
         if work.options.index_bits > 0 {
-            let codewords = [1 << work.options.index_bits; 3];
-            return Sizes { codewords, expected: self.expected(codewords) };
+            let codes = [work.options.index_bits; 3];
+            return Widths { codes, expected: self.expected(codes) };
         }
         let book_bits = (VOXELS as u32 * work.options.entry_bits) as f64 * work.tables();
-        let choice = |partition: usize, codewords: usize| {
-            let width = f64::from(codewords.next_power_of_two().trailing_zeros());
-            let books = if codewords == 1 { 0.0 } else { book_bits * codewords as f64 };
-            Choice { bits: work.blocks() * width + books, left: self.left(partition, codewords) }
+        let choice = |partition: usize, width: u32| {
+            let books = if width == 0 { 0.0 } else { book_bits * f64::from(1_u32 << width) };
+            Choice { bits: work.blocks() * f64::from(width) + books, left: self.left(partition, width) }
         };
+        let widths: Vec<u32> = std::iter::once(0).chain(WIDTHS.filter(|w| *w <= self.widest)).collect();
         let curves: Vec<Vec<Choice>> =
-            (0..3).map(|p| self.sizes.iter().map(|n| choice(p, *n)).collect()).collect();
-        let mut found = Sizes { codewords: [1; 3], expected: self.expected([1; 3]) };
+            (0..3).map(|p| widths.iter().map(|w| choice(p, *w)).collect()).collect();
+        let mut found = Widths { codes: [0; 3], expected: self.expected([0; 3]) };
         for _ in 0..3 {
             let means = if with_means { self.mean_bits(work.mean_shift(found.expected)) } else { 0.0 };
             let chosen = allocate(&curves, budget - means * work.blocks());
-            let codewords = [0, 1, 2].map(|p| self.sizes[chosen[p]]);
-            found = Sizes { codewords, expected: self.expected(codewords) };
+            let codes = [0, 1, 2].map(|p| widths[chosen[p]]);
+            found = Widths { codes, expected: self.expected(codes) };
         }
         found
     }
@@ -130,21 +121,22 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
     let plan = Plan::measure(work)?;
     match work.options.target {
         Target::Codes => {
-            let [codes, _, books] = work.default_bits();
-            code(work, plan.sizes(work, codes + books, false))
+            // What three codes of 8 bits take, and their codebooks.
+            let books = f64::from(CODE_BITS << 5) * VOXELS as f64 * f64::from(work.options.entry_bits);
+            code(work, plan.widths(work, f64::from(CODE_BITS) * work.blocks() + books * work.tables(), false))
         }
         Target::Rate(rate) => {
             let most = rate * work.samples() - work.overhead(3);
             let mut budget = most;
             for _ in 1..TRIES {
-                let coded = code(work, plan.sizes(work, budget, true))?;
+                let coded = code(work, plan.widths(work, budget, true))?;
                 let excess = bits(work, &coded) - most;
                 if excess <= 0.0 || budget < 0.0 || work.options.index_bits > 0 {
                     return Ok(coded);
                 }
                 budget -= excess * 1.01 + 8.0 * work.blocks() / 64.0;
             }
-            code(work, plan.sizes(work, budget, true))
+            code(work, plan.widths(work, budget, true))
         }
         Target::Psnr(psnr) | Target::Both { psnr, .. } => least(work, &plan, psnr),
     }
@@ -154,7 +146,7 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
 fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Sets, EncodeError> {
     let error = work.error_of(psnr);
     let wanted = (error / work.samples()).sqrt() / work.unit();
-    let at = |budget: f64| plan.sizes(work, budget, true);
+    let at = |budget: f64| plan.widths(work, budget, true);
     let most = at(f64::INFINITY);
     // Means of one bit, to begin with.
     let mut budget = work.blocks();
@@ -203,9 +195,9 @@ pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>]) -> f64 {
     coded.iter().flatten().map(of_table).sum()
 }
 
-fn code(work: &Work<'_>, sizes: Sizes) -> Result<Sets, EncodeError> {
+fn code(work: &Work<'_>, widths: Widths) -> Result<Sets, EncodeError> {
     let training = work.training(false);
-    let (mean_shift, threshold) = (work.mean_shift(sizes.expected), work.threshold(sizes.expected));
+    let (mean_shift, threshold) = (work.mean_shift(widths.expected), work.threshold(widths.expected));
     let mut seed = work.options.seed;
     let mut sets = Vec::new();
     for set in &work.sets {
@@ -216,7 +208,7 @@ fn code(work: &Work<'_>, sizes: Sizes) -> Result<Sets, EncodeError> {
             let sample = Sample::draw(work.source, domains, work.quantiser, count, seed, work.run)?;
             seed = seed.wrapping_add(1);
             let books =
-                Trainer::new(&sample, training).fixed(sizes.codewords, mean_shift, threshold, work.run)?;
+                Trainer::new(&sample, training).fixed(widths.codes, mean_shift, threshold, work.run)?;
             drop(sample);
             let planes = work.coder(&books, mean_shift, 0.0).code(work.source, domain, work.run)?;
             coded.push(Coded { books, mean_shift, planes });

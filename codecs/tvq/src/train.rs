@@ -7,7 +7,6 @@ use crate::blocks::Sample;
 use crate::books::{Book, Population, Recipe};
 use crate::classify::{CLASSES, WHOLE, class_of, energies, keeps, projected, zones_of};
 use crate::geometry::{TOP, VOXELS};
-use crate::plan::FEW;
 use crate::table::Partition;
 use crate::transform::{Basis, Transform, ZONES};
 
@@ -138,13 +137,13 @@ impl<'a> Trainer<'a> {
         }
     }
 
-    /// One codebook of each partition, of so many codewords at most.
+    /// One codebook of each partition, of 2^width codewords at most.
     ///
     /// # Errors
     /// When `run` was cancelled.
     pub fn fixed(
         &self,
-        sizes: [usize; 3],
+        widths: [u32; 3],
         mean_shift: u32,
         threshold: f64,
         run: &Progress<'_>,
@@ -153,8 +152,8 @@ impl<'a> Trainer<'a> {
         let mut state = self.begin(mean_shift);
         let all: Vec<usize> = (0..self.sample.len()).collect();
         let mut books = Vec::new();
-        for (partition, size) in Partition::ALL.into_iter().zip(sizes) {
-            let book = self.partition(&state, &classes, partition, size, run)?;
+        for (partition, width) in Partition::ALL.into_iter().zip(widths) {
+            let book = self.partition(&state, &classes, partition, width, run)?;
             Self::subtract(&mut state, &book, &all);
             books.push(book);
         }
@@ -173,7 +172,7 @@ impl<'a> Trainer<'a> {
         state: &State,
         classes: &[u8],
         partition: Partition,
-        size: usize,
+        width: u32,
         run: &Progress<'_>,
     ) -> Result<Book, Cancelled> {
         let mut members: Vec<usize> =
@@ -181,11 +180,11 @@ impl<'a> Trainer<'a> {
         if members.is_empty() {
             members = (0..classes.len()).collect();
         }
-        self.book(state, classes, (&members, partition), size, run)
+        self.book(state, classes, (&members, partition), 1 << width, run)
     }
 
     /// The natural logarithm of the part of the error that is left after a partition's codebook of each of some widths,
-    /// each partition after those before it, measured on blocks that did not train it, or on all where these are few; and the mean square before all.
+    /// each partition after those before it, measured on blocks that did not train it; and the mean square before all.
     ///
     /// # Errors
     /// When `run` was cancelled.
@@ -198,9 +197,7 @@ impl<'a> Trainer<'a> {
     ) -> Result<([Vec<f64>; 3], f64), Cancelled> {
         let classes = self.classes(threshold);
         let mut state = self.begin(mean_shift);
-        let held_out = !(self.has_all() && self.sample.len() as f64 <= FEW);
-        let (train, test): (Vec<usize>, Vec<usize>) =
-            (0..self.sample.len()).partition(|i| !held_out || i % 3 != 2);
+        let (train, test): (Vec<usize>, Vec<usize>) = (0..self.sample.len()).partition(|i| i % 3 != 2);
         let test = if test.is_empty() { train.clone() } else { test };
         let total = |state: &State| test.iter().map(|i| state.errors[*i]).sum::<f64>();
         let mean_square = total(&state) / (test.len() * VOXELS) as f64;
@@ -219,7 +216,7 @@ impl<'a> Trainer<'a> {
                 let mut next = state.clone();
                 Self::subtract(&mut next, &book, &test);
                 curve.push((total(&next) / before).max(1e-9).ln());
-                if *width <= 7 || after.is_none() {
+                if *width == 7 || after.is_none() {
                     after = Some(book);
                 }
             }
