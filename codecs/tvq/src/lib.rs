@@ -15,6 +15,8 @@ mod decoder;
 mod encode;
 mod fixed;
 mod geometry;
+mod grow;
+mod overview;
 mod payload;
 mod plan;
 mod settings;

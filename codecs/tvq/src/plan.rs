@@ -3,13 +3,13 @@
 use cvr_core::codec::EncodeError;
 
 use crate::blocks::{Domain, Sample};
-use crate::books::Book;
 use crate::code::Plane;
 use crate::encode::Work;
 use crate::geometry::{BRICK, HEAD_WORDS, VOXELS, number, positions};
+use crate::overview::{Overview, Trial};
 use crate::payload::mean_width;
 use crate::settings::Target;
-use crate::settle::{Aim, Settled, Sum, best_counts, settle};
+use crate::settle::Aim;
 use crate::train::Trainer;
 
 /// Blocks on which trials train.
@@ -21,20 +21,22 @@ const MANY: f64 = 65536.0;
 /// Blocks of a table that are not many, and such as are few.
 pub const SOME: f64 = 16384.0;
 pub const FEW: f64 = 4096.0;
-/// Errors, or bits, that differ by no more than this factor are about the same.
-const ABOUT_AS_GOOD: f64 = 1.03;
-/// Trials of one width.
+/// Trials of one width, and of one beside another whose price is known.
 const TRIALS: usize = 6;
-/// Errors at which a bit pays are the same where their logarithms differ by less.
-const NEAR: f64 = 0.05;
-/// Interpolation takes errors at which a bit pays for no farther off than this.
-const STEEP: f64 = 0.5;
+const ANEW: usize = 3;
 /// The farthest that one trial leads, as the logarithm of the error at which a bit pays: where codebooks are few, a price may
 /// be any in a wide range.
 const FARTHEST: f64 = 1.5;
 /// Squared error of a block that one bit is worth, over the mean square of its voxels: a bit less in each of 64
 /// dimensions would raise it by 2 ln 2.
 pub const PRICE: f64 = 2.0 * std::f64::consts::LN_2;
+
+/// Budgets that are tried for an error, and how near its logarithm is to come, or else those of two budgets to each other.
+const BUDGETS: usize = 5;
+const CLOSE: f64 = 0.1;
+const CLOSER: f64 = 0.02;
+/// Logarithm of bits per logarithm of error, about.
+const SLOPE: f64 = 0.3;
 
 /// What is sought before all blocks are coded: codes of how many bits, and the error at which a bit pays.
 #[derive(Copy, Clone, Debug)]
@@ -63,115 +65,6 @@ impl Point {
     }
 }
 
-/// Trials on few blocks.
-struct Overview<'a, 'w> {
-    work: &'a Work<'w>,
-    trainer: Trainer<'a>,
-    /// Means of all blocks in units of sums, by domain and plane.
-    means: Vec<Vec<Plane>>,
-    /// Errors in units of sums.
-    aim: Aim,
-}
-
-impl Overview<'_, '_> {
-    /// Bits of all means.
-    fn mean_bits(&self, shift: u32) -> f64 {
-        let domains = self.work.domains().zip(&self.means);
-        domains
-            .map(|(domain, planes)| planes.iter().map(|p| mean_bits(p, domain.size, shift)).sum::<f64>())
-            .sum()
-    }
-
-    /// What codebooks for a point lead to where the aim is met as well as they can; prices and errors in units of sums.
-    fn trial(&self, point: Point) -> Result<Settled, EncodeError> {
-        let work = self.work;
-        let shift = work.mean_shift(point.of_means());
-        let threshold = work.threshold(point.error);
-        let outcome =
-            self.trainer.variable(point.width, point.price(), (shift, threshold), true, work.run)?;
-        let counts = outcome.books.len() + 1;
-        let mean_bits = self.mean_bits(shift);
-        let codewords = |m: usize| outcome.books.iter().take(m).map(Book::size).sum::<usize>() as f64;
-        let fixed: Vec<f64> = (0..counts)
-            .map(|m| mean_bits + fixed_bits(work, m as u32, codewords(m) * work.tables()))
-            .collect();
-        let bricks = bricks(work);
-        let sums = |price: f64| {
-            let prices = vec![price * f64::from(point.width); counts];
-            let mut found = vec![(0.0, 0_u64, 0_u64); counts];
-            for errors in outcome.errors.chunks_exact(counts) {
-                best_counts(
-                    |n| errors[n],
-                    &prices,
-                    |m, count, error| {
-                        let (sum, codes, open) = &mut found[m];
-                        *sum += error;
-                        *codes += count as u64;
-                        *open += u64::from(count > 0);
-                    },
-                );
-            }
-            let blocks = (outcome.errors.len() / counts).max(1) as f64;
-            let sum = |(m, (error, codes, open)): (usize, (f64, u64, u64))| {
-                // Blocks with codes lie together: about half the bricks that could hold one each do.
-                let planes = f64::from(2 * 32 * (usize::BITS - m.leading_zeros()));
-                let planes = bricks * planes * (2.0 * open as f64 / blocks).min(1.0);
-                let codes = codes as f64 * f64::from(point.width) * outcome.scale;
-                Sum { bits: fixed[m] + codes + planes, error: error * outcome.scale }
-            };
-            found.into_iter().enumerate().map(sum).collect()
-        };
-        Ok(settle(self.aim, point.price(), sums))
-    }
-
-    /// The error at which a bit pays such that the aim is met best, for codes of one width. Of errors that do about as well,
-    /// the one at which a bit turns out to be worth what was assumed.
-    fn find(&self, mut point: Point) -> Result<(Point, Settled), EncodeError> {
-        let mut trials: Vec<(Point, Settled)> = Vec::new();
-        // Logarithm of the error at which a bit pays, and by how much it turns out to be off, which falls.
-        let mut known: Vec<(f64, f64)> = Vec::new();
-        for _ in 0..TRIALS {
-            let settled = self.trial(point)?;
-            trials.push((point, settled));
-            let off = point.off(settled.price);
-            if off.abs() < NEAR {
-                break;
-            }
-            known.push((point.error.ln(), off.clamp(-STEEP, STEEP)));
-            let next = near_zero(&known).unwrap_or(point.error.ln() + off);
-            let next = next.clamp(LEAST_ERROR.ln(), 12.0);
-            if (next - point.error.ln()).abs() < NEAR {
-                break;
-            }
-            point.error = next.exp();
-        }
-        let off = |t: &(Point, Settled)| t.0.off(t.1.price).abs();
-        let mut good = self.good(trials, |t| t.1.sum);
-        good.sort_by(|a, b| off(a).total_cmp(&off(b)).then(self.aim.order(a.1.sum, b.1.sum)));
-        good.into_iter().next().ok_or(EncodeError::Unsupported("no trial".to_owned()))
-    }
-
-    /// The trials that do about as well as the best of them. Bits that are left over are worth nothing, nor is less error
-    /// than was asked for.
-    fn good<T>(&self, mut trials: Vec<T>, sum: impl Fn(&T) -> Sum) -> Vec<T> {
-        let aim = self.aim;
-        let best = trials.iter().map(&sum).min_by(|a, b| aim.order(*a, *b)).unwrap_or_default();
-        trials.retain(|t| {
-            let [is, least] = [sum(t), best].map(|s| aim.left(s));
-            aim.met(sum(t)) == aim.met(best) && is <= ABOUT_AS_GOOD * least
-        });
-        trials
-    }
-}
-
-/// Between the two known points nearest to zero on either side, where there are such: of pairs of a place and a value that
-/// falls.
-fn near_zero(known: &[(f64, f64)]) -> Option<f64> {
-    let before = known.iter().filter(|k| k.1 > 0.0).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let after = known.iter().filter(|k| k.1 <= 0.0).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(before.0 + (after.0 - before.0) * before.1 / (before.1 - after.1))
-}
-
 /// Bits of header, tables, codebooks and heads of bricks.
 pub fn fixed_bits(work: &Work<'_>, books: u32, codewords: f64) -> f64 {
     let entries = codewords * VOXELS as f64 * f64::from(work.options.entry_bits);
@@ -179,7 +72,7 @@ pub fn fixed_bits(work: &Work<'_>, books: u32, codewords: f64) -> f64 {
 }
 
 /// Bricks of all channels and frames.
-fn bricks(work: &Work<'_>) -> f64 {
+pub fn bricks(work: &Work<'_>) -> f64 {
     let of_domain = |d: &Domain| {
         let bricks = d.size.map(|s| f64::from(s.div_ceil(BRICK))).iter().product::<f64>();
         bricks * d.blocks() as f64 / d.plane_blocks() as f64
@@ -188,7 +81,7 @@ fn bricks(work: &Work<'_>) -> f64 {
 }
 
 /// Bits of the means of one plane, whose codes are finer by `shift` bits than what is stored.
-fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
+pub fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
     let bricks = size.map(|s| s.div_ceil(BRICK));
     let of_brick = |brick: [u32; 3]| {
         let first = brick.map(|b| b * BRICK);
@@ -203,11 +96,19 @@ fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
     positions(bricks).map(of_brick).sum()
 }
 
+/// What is sought before all blocks are coded.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub point: Point,
+    /// Codewords of each codebook; none, where codebooks are added as long as they pay.
+    pub sizes: Vec<usize>,
+}
+
 /// Bits of a code and the error at which a bit pays, such that the target is met.
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
-pub fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
+pub fn plan(work: &Work<'_>) -> Result<Plan, EncodeError> {
     let domains: Vec<_> = work.domains().cloned().collect();
     let seed = work.options.seed;
     let sample = Sample::draw(work.source, &domains, work.quantiser, OVERVIEW, seed, work.run)?;
@@ -222,35 +123,160 @@ pub fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
     let mut trainer = Trainer::new(&sample, work.training(true));
     trainer.copies = work.tables();
     trainer.most_bits = aim.most_bits();
-    let overview = Overview { work, trainer, means, aim };
+    let blocks = work.blocks() / work.tables();
+    let mut overview = Overview { work, trainer, means, aim, by_aim: blocks <= SOME };
     let error = match work.options.target {
         Target::Psnr(psnr) => (work.error_of(psnr) / work.samples()).sqrt() / work.unit(),
         _ => 0.0126 * work.span / work.unit(),
     };
     let error = error.max(LEAST_ERROR);
-    if work.options.index_bits > 0 {
-        return Ok(overview.find(Point { width: work.options.index_bits, error })?.0);
+    let of = |trial: Trial| Plan { point: trial.point, sizes: trial.sizes };
+    let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6);
+    let given = work.options.index_bits;
+    if overview.by_aim {
+        let (begin, widths) = if given > 0 { (given, Widths::Given) } else { (first + 2, Widths::All) };
+        let begin = Point { width: begin, error };
+        let found = match aim {
+            Aim::Bits(_) => Some(best_width(&overview, begin, widths)?),
+            Aim::Error(most) => of_error(&mut overview, begin, widths, most)?,
+        };
+        if let Some(trial) = found {
+            return Ok(of(trial));
+        }
+        overview.aim = aim;
+        overview.by_aim = false;
     }
-    // Widths that there are blocks for, and bits for a codebook; the widest take too long on many blocks, and do not
-    // pay there.
-    let blocks = work.blocks() / work.tables();
-    let codeword = VOXELS as f64 * f64::from(work.options.entry_bits) * work.tables();
-    let payable = (aim.most_bits() / codeword).max(2.0).log2() as u32;
-    let widest = ((blocks / 4.0).max(8.0).log2() as u32).min(if blocks > MANY { 8 } else { 12 }).min(payable);
-    let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6).min(widest);
-    let begun = overview.find(Point { width: first, error })?;
-    let mut trials = vec![(begun.0, begun.1.sum)];
-    // Where blocks are few, so are codebooks, and one more does not fit as often as not: each width has a price of its own.
+    if given > 0 {
+        return Ok(of(overview.find(Point { width: given, error }, TRIALS)?));
+    }
+    let widest = widest(&overview);
+    let first = first.min(widest);
+    let begun = overview.find(Point { width: first, error }, TRIALS)?;
+    let mut trials = vec![begun.clone()];
+    let few = blocks <= FEW;
     let step = if blocks > SOME { 2 } else { 1 };
     for width in (first + step..=widest).step_by(step as usize).chain(first.checked_sub(1).filter(|w| *w > 0))
     {
-        let point = Point { width, ..begun.0 };
-        let found = if blocks > FEW { (point, overview.trial(point)?) } else { overview.find(point)? };
-        trials.push((found.0, found.1.sum));
+        let point = Point { width, ..begun.point };
+        trials.push(if few { overview.find(point, TRIALS)? } else { overview.trial(point)? });
     }
-    // The widest: fewer codes are fewer fetches.
-    let good = overview.good(trials, |t| t.1).into_iter().max_by_key(|t| t.0.width);
-    let point = good.map_or(begun.0, |t| t.0);
-    let anew = blocks > FEW && point.width.abs_diff(first) > 1;
-    if anew { Ok(overview.find(point)?.0) } else { Ok(point) }
+    let best = widest_of(overview.good(trials)).unwrap_or(begun);
+    let anew = !few && best.point.width.abs_diff(first) > 1;
+    Ok(of(if anew { overview.find(best.point, TRIALS)? } else { best }))
+}
+
+/// Of trials about as good as each other the widest: fewer codes are fewer fetches.
+fn widest_of(good: Vec<Trial>) -> Option<Trial> {
+    good.into_iter().max_by_key(|t| t.point.width)
+}
+
+/// The greatest width that there are blocks for, and bits for a codebook; the widest take too long on many blocks, and do not
+/// pay there.
+fn widest(overview: &Overview<'_, '_>) -> u32 {
+    let blocks = overview.work.blocks() / overview.work.tables();
+    let payable = (overview.aim.most_bits() / overview.trainer.codeword_bits()).max(2.0).log2();
+    // Codebooks of the greatest width may have little more than half as many codewords.
+    let payable = if overview.by_aim { payable.ceil() } else { payable } as u32;
+    let most = if blocks > MANY { 8 } else { 12 };
+    ((blocks / 4.0).max(8.0).log2() as u32).min(most).min(payable)
+}
+
+/// Which widths are tried.
+#[derive(Copy, Clone, PartialEq)]
+enum Widths {
+    All,
+    /// One, and those beside it.
+    Near,
+    /// One.
+    Given,
+}
+
+/// The best trial under an aim of bits, where codebooks are few and one more does not fit as often as not, so that each
+/// width has a price of its own: every second width, each from the price that suited the one before it, then those beside the
+/// best.
+fn best_width(overview: &Overview<'_, '_>, begin: Point, widths: Widths) -> Result<Trial, EncodeError> {
+    let order = |a: &Trial, b: &Trial| overview.aim.order(a.settled.sum, b.settled.sum);
+    let mut trials: Vec<(u32, Trial)> = Vec::new();
+    let at = |width: u32, error: f64, trials: &mut Vec<(u32, Trial)>| -> Result<f64, EncodeError> {
+        let trial = overview.find(Point { width, error }, ANEW)?;
+        let error = trial.point.error;
+        trials.push((width, trial));
+        Ok(error)
+    };
+    if widths == Widths::Given {
+        return overview.find(begin, TRIALS);
+    }
+    let best_of = |trials: &[(u32, Trial)]| {
+        let best = trials.iter().min_by(|a, b| order(&a.1, &b.1));
+        best.map_or((begin.width, begin.error), |b| (b.0, b.1.point.error))
+    };
+    let widest = widest(overview);
+    let first = begin.width.min(widest);
+    let mut error = at(first, begin.error, &mut trials)?;
+    if widths == Widths::All {
+        for width in (first + 2..=widest).step_by(2) {
+            error = at(width, error, &mut trials)?;
+        }
+        // Narrower ones as long as they are better.
+        let mut width = first;
+        while width > 2 && best_of(&trials).0 == width {
+            width -= 2;
+            at(width, best_of(&trials).1, &mut trials)?;
+        }
+    }
+    let (best, error) = best_of(&trials);
+    for width in [best - 1, best + 1].into_iter().filter(|w| (1..=widest).contains(w)) {
+        at(width, error, &mut trials)?;
+    }
+    let trials = trials.into_iter().map(|t| t.1).collect();
+    widest_of(overview.good(trials)).ok_or(EncodeError::Unsupported("no trial".to_owned()))
+}
+
+/// The best trial of about the fewest bits that leave no more than so much error, if any does that was tried.
+fn of_error(
+    overview: &mut Overview<'_, '_>,
+    mut begin: Point,
+    mut widths: Widths,
+    most: f64,
+) -> Result<Option<Trial>, EncodeError> {
+    let work = overview.work;
+    let mut bits = fixed_bits(work, 3, 0.0) + work.default_bits().iter().sum::<f64>();
+    // Logarithms of bits, and of the error over what is allowed: of what missed it, of what reached it, and of the last.
+    let mut missed: Option<[f64; 2]> = None;
+    let mut reached: Option<([f64; 2], Trial)> = None;
+    let mut last: Option<[f64; 2]> = None;
+    let mut slope = SLOPE;
+    for _ in 0..BUDGETS {
+        overview.aim = Aim::Bits(bits);
+        let trial = best_width(overview, begin, widths)?;
+        begin = Point { width: trial.point.width.max(1), error: trial.point.error };
+        if widths == Widths::All {
+            widths = Widths::Near;
+        }
+        let over = (trial.settled.sum.error.max(1e-9) / most.max(1e-9)).ln().clamp(-4.0, 4.0);
+        let now = [bits.ln(), over];
+        if let Some(last) = last.filter(|l| l[1] != over) {
+            slope = ((last[0] - now[0]) / (now[1] - last[1])).clamp(0.1, 1.0);
+        }
+        last = Some(now);
+        if over > 0.0 {
+            missed = Some(now);
+        } else {
+            reached = Some((now, trial));
+        }
+        bits = match (&missed, &reached) {
+            (_, Some((b, _))) if b[1] > -CLOSE => break,
+            (Some(a), Some((b, _))) if (b[0] - a[0]).abs() < CLOSER => break,
+            // A little to the side that reaches it.
+            (Some(a), Some((b, _))) => {
+                let part = (a[1] + 0.5 * CLOSE) / (a[1] - b[1]);
+                a[0] + (b[0] - a[0]) * part.clamp(0.2, 0.8)
+            }
+            (Some(a), None) => a[0] + (slope * (a[1] + 0.5 * CLOSE)).clamp(0.05, 0.7),
+            (None, Some((b, _))) => b[0] + (slope * (b[1] + 0.5 * CLOSE)).clamp(-0.7, -0.05),
+            (None, None) => break,
+        }
+        .exp();
+    }
+    Ok(reached.map(|r| r.1))
 }

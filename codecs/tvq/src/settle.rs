@@ -124,14 +124,19 @@ pub fn settle(aim: Aim, about: f64, sums: impl Fn(f64) -> Vec<Sum>) -> Settled {
     let (kept, other) = (on_hull(met).0, on_hull(missed).0);
     let (least, most) = (kept.min(other), kept.max(other));
     let of_count = |books: usize| {
-        let at = |price: f64| sums(price).get(books).copied().unwrap_or_default();
-        let [price, _] = aim.border(about, at);
-        Settled { books, price, sum: at(price) }
+        settle_all(aim, books, about, |price| sums(price).get(books).copied().unwrap_or_default())
     };
     let step = (most - least).div_ceil(COUNTS).max(1);
     let counts = (least..most).step_by(step).chain([most]);
     let best = counts.map(of_count).min_by(|a, b| aim.order(a.sum, b.sum));
     best.unwrap_or_else(|| of_count(0))
+}
+
+/// The price at which the aim is met best with all of `books` codebooks.
+#[must_use]
+pub fn settle_all(aim: Aim, books: usize, about: f64, sum: impl Fn(f64) -> Sum) -> Settled {
+    let [price, _] = aim.border(about.clamp(1e-200, 1e200), &sum);
+    Settled { books, price, sum: sum(price) }
 }
 
 /// For each number `m` of codebooks, from none to all, how many of its first `m` codes a block keeps, and its error then:

@@ -28,10 +28,12 @@ pub struct Training {
 /// Blocks of one table, with their zones' energies.
 #[derive(Debug)]
 pub struct Trainer<'a> {
-    sample: &'a Sample,
+    /// The blocks.
+    pub sample: &'a Sample,
     basis: Basis,
     energies: Vec<[f64; ZONES]>,
-    training: Training,
+    /// What training may assume.
+    pub training: Training,
     /// Tables that will each have such codebooks.
     pub copies: f64,
     /// Bits that all codebooks of all these tables may take: more would never be kept.
@@ -45,18 +47,6 @@ pub struct State {
     pub residuals: Vec<f32>,
     /// Squared error of each.
     pub errors: Vec<f64>,
-}
-
-/// Codebooks of the payload `variable`, and what they do to blocks.
-#[derive(Debug)]
-pub struct Outcome {
-    /// Codebooks.
-    pub books: Vec<Book>,
-    /// Weighted squared errors, in units of sums, of the blocks on which codebooks are measured: before all, and after each.
-    /// Empty where nothing was to be measured.
-    pub errors: Vec<f64>,
-    /// Blocks that each of these stands for.
-    pub scale: f64,
 }
 
 fn energy(block: &[f32]) -> f64 {
@@ -82,7 +72,8 @@ impl<'a> Trainer<'a> {
     }
 
     /// Whether the blocks are all that their one table will ever serve.
-    fn has_all(&self) -> bool {
+    #[must_use]
+    pub fn has_all(&self) -> bool {
         self.sample.scale <= 1.0 && self.copies <= 1.0
     }
 
@@ -101,7 +92,10 @@ impl<'a> Trainer<'a> {
     }
 
     /// A codebook for what is left of some blocks.
-    fn book(
+    ///
+    /// # Errors
+    /// When `run` was cancelled.
+    pub fn book(
         &self,
         state: &State,
         classes: &[u8],
@@ -126,7 +120,7 @@ impl<'a> Trainer<'a> {
     }
 
     /// Takes the nearest codeword from each of some blocks.
-    fn subtract(state: &mut State, book: &Book, members: &[usize]) {
+    pub fn subtract(state: &mut State, book: &Book, members: &[usize]) {
         let gathered: Vec<f32> =
             members.iter().flat_map(|i| &state.residuals[i * VOXELS..(i + 1) * VOXELS]).copied().collect();
         for (i, nearest) in members.iter().zip(book.nearest(&gathered)) {
@@ -162,7 +156,8 @@ impl<'a> Trainer<'a> {
 
     /// Whether blocks of a class train a partition's codebook. Where codevectors keep to no zones, all do: those of a class
     /// that could do without have no chapter, and take part in refining the whole.
-    fn trains(&self, class: u8, partition: Partition) -> bool {
+    #[must_use]
+    pub fn trains(&self, class: u8, partition: Partition) -> bool {
         !self.training.confined || keeps(class, partition)
     }
 
@@ -228,80 +223,15 @@ impl<'a> Trainer<'a> {
         Ok((curves, mean_square))
     }
 
-    /// Codebooks of at most 2^width codewords, as many as pay at `price` (squared error, in units of sums, per bit).
-    /// With `measured` the outcome tells what they do. Where blocks are not all there are, a third of them then trains
-    /// nothing, and codebooks are measured on that third alone: many codewords for few blocks then promise no more than
-    /// they will keep. A codebook that has seen all blocks keeps what it shows on them.
-    ///
-    /// # Errors
-    /// When `run` was cancelled.
-    pub fn variable(
-        &self,
-        width: u32,
-        price: f64,
-        (mean_shift, threshold): (u32, f64),
-        measured: bool,
-        run: &Progress<'_>,
-    ) -> Result<Outcome, Cancelled> {
-        let classes = self.classes(threshold);
-        let mut state = self.begin(mean_shift);
-        let code_price = price * f64::from(width);
-        let held_out = measured && !self.has_all() && self.sample.len() >= 6;
-        let counts = |i: usize| !held_out || i % 3 == 2;
-        let scale = self.sample.scale * if held_out { 3.0 } else { 1.0 };
-        let weighted = |state: &State, i: usize| state.errors[i] * self.sample.weights[i];
-        let shown = |state: &State| -> Vec<f64> {
-            let blocks = (0..classes.len()).filter(|i| measured && counts(*i));
-            blocks.map(|i| weighted(state, i)).collect()
-        };
-        // By codebook, and then by block.
-        let mut errors = vec![shown(&state)];
-        // Cost of each block at its best count of codes so far.
-        let mut best: Vec<f64> = (0..classes.len()).map(|i| weighted(&state, i)).collect();
-        let mut books: Vec<Book> = Vec::new();
-        let mut bits = 0.0;
-        let mut partition = Partition::Low;
-        while (books.len() as u32) < self.training.most_books {
-            partition = partition.max(self.leading(&state));
-            let open = |i: &usize| {
-                self.trains(classes[*i], partition) && state.errors[*i] * PART_GAINED > code_price
-            };
-            let members: Vec<usize> = (0..classes.len()).filter(open).collect();
-            let blocks = members.len() as f64 * self.sample.scale / self.copies;
-            let size = (1_usize << width).min((blocks / FEWEST_BLOCKS) as usize);
-            if size < 2 {
-                break;
-            }
-            let taught: Vec<usize> = members.iter().copied().filter(|i| !held_out || i % 3 != 2).collect();
-            if taught.is_empty() {
-                break;
-            }
-            let book = self.book(&state, &classes, (&taught, partition), size, run)?;
-            Self::subtract(&mut state, &book, &members);
-            let count = books.len() as u32 + 1;
-            let mut gain = 0.0;
-            for &i in &members {
-                let cost = weighted(&state, i) + code_price * f64::from(count);
-                if cost < best[i] {
-                    gain += if counts(i) { best[i] - cost } else { 0.0 };
-                    best[i] = cost;
-                }
-            }
-            let book_bits = (book.size() * VOXELS) as f64 * f64::from(self.training.recipe.entry_bits);
-            bits += book_bits * self.copies;
-            if gain * scale <= price * book_bits * self.copies || bits > self.most_bits {
-                break;
-            }
-            books.push(book);
-            errors.push(shown(&state));
-        }
-        let blocks = errors.first().map_or(0, Vec::len);
-        let errors = (0..blocks).flat_map(|i| errors.iter().map(move |of_book| of_book[i])).collect();
-        Ok(Outcome { books, errors, scale })
+    /// Bits of a codeword in all tables that have such codebooks.
+    #[must_use]
+    pub fn codeword_bits(&self) -> f64 {
+        VOXELS as f64 * f64::from(self.training.recipe.entry_bits) * self.copies
     }
 
     /// The partition in which most of what is left lies.
-    fn leading(&self, state: &State) -> Partition {
+    #[must_use]
+    pub fn leading(&self, state: &State) -> Partition {
         const ENOUGH: usize = 2048;
         let every = self.sample.len().div_ceil(ENOUGH).max(1);
         let mut sums = [0.0; 3];
@@ -322,8 +252,3 @@ impl<'a> Trainer<'a> {
         }
     }
 }
-
-/// Part of a block's error that a code takes away, as a rule: blocks of which not even that would pay are not trained on.
-const PART_GAINED: f64 = 0.35;
-/// A codebook has no more codewords than one for so many blocks.
-const FEWEST_BLOCKS: f64 = 4.0;

@@ -10,8 +10,9 @@ use crate::bricks::Bricks;
 use crate::code::Plane;
 use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::{EDGE, Geometry, Parameters, Payload, VALUE_BITS, block_grid};
+use crate::grow::Growth;
 use crate::payload::variable_frame;
-use crate::plan::{LEAST_ERROR, Point, SOME, plan};
+use crate::plan::{LEAST_ERROR, Plan, SOME, plan};
 use crate::settings::Target;
 use crate::settle::{Aim, Settled, Sum, best_counts, settle};
 use crate::table::{BookForm, Partition, Table};
@@ -34,14 +35,15 @@ pub type Kept = Vec<Vec<Vec<Vec<u8>>>>;
 /// # Errors
 /// Those of reading, and when the run was cancelled.
 pub fn encode(work: &Work<'_>) -> Result<(Sets, Kept), EncodeError> {
-    let mut point = plan(work)?;
+    let mut plan = plan(work)?;
     let aim = work.aim();
     let some = work.blocks() / work.tables() <= SOME;
     let (tries, near) = if some { (2 * TRIES, OFF_OF_SOME) } else { (TRIES, OFF) };
     let mut coarser = false;
     let mut best: Option<(Settled, Sets)> = None;
     for _ in 0..tries {
-        let coded = code(work, point)?;
+        let point = plan.point;
+        let coded = code(work, &plan)?;
         let bricks = Bricks::of(work, &coded);
         let settled = settle(aim, point.price() * work.unit().powi(2), |price| bricks.sums(price));
         drop(bricks);
@@ -54,6 +56,13 @@ pub fn encode(work: &Work<'_>) -> Result<(Sets, Kept), EncodeError> {
         let missed = matches!(aim, Aim::Error(_)) && !aim.met(settled.sum);
         coarser |= !missed && off.abs() < near;
         let next = match (coarser, missed) {
+            (_, true) if !plan.sizes.is_empty() && better => {
+                // Codebooks of these sizes do not reach it: as many as pay.
+                plan.sizes.clear();
+                continue;
+            }
+            // Codebooks of given sizes are trained anew as long as that helps.
+            _ if !plan.sizes.is_empty() && !better => break,
             // Codebooks for the worst blocks alone may do better than those for all in which a code pays.
             (true, _) if some && better => COARSER * point.error,
             (true, _) => break,
@@ -64,7 +73,7 @@ pub fn encode(work: &Work<'_>) -> Result<(Sets, Kept), EncodeError> {
         if (next / point.error).ln().abs() < 0.05 {
             break;
         }
-        point.error = next;
+        plan.point.error = next;
     }
     let Some((settled, mut coded)) = best else {
         return Err(EncodeError::Unsupported("no blocks".to_owned()));
@@ -90,12 +99,14 @@ fn width(coded: &Coded) -> f64 {
     f64::from(coded.books.iter().map(Book::width).max().unwrap_or(0))
 }
 
-fn code(work: &Work<'_>, point: Point) -> Result<Sets, EncodeError> {
+fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
+    let point = plan.point;
     let training = work.training(false);
     let mean_shift = work.mean_shift(point.of_means());
     let threshold = work.threshold(point.error);
-    // Half of what a code costs, lest a somewhat lower price finds blocks without codes.
-    let enough = 0.5 * point.price() * work.unit().powi(2) * f64::from(point.width);
+    // Less than what a code costs, lest a lower price finds blocks without codes.
+    let part = if plan.sizes.is_empty() { 0.5 } else { 0.05 };
+    let enough = part * point.price() * work.unit().powi(2) * f64::from(point.width);
     let mut seed = work.options.seed;
     let mut sets = Vec::new();
     for set in &work.sets {
@@ -107,8 +118,14 @@ fn code(work: &Work<'_>, point: Point) -> Result<Sets, EncodeError> {
             seed = seed.wrapping_add(1);
             let mut trainer = Trainer::new(&sample, training);
             trainer.most_bits = work.aim().most_bits();
-            let books =
-                trainer.variable(point.width, point.price(), (mean_shift, threshold), false, work.run)?.books;
+            let code_price = point.price() * f64::from(point.width);
+            let mut growth = Growth::new(&trainer, code_price, (mean_shift, threshold), false);
+            if plan.sizes.is_empty() {
+                growth.at_price(1 << point.width, point.price(), work.run)?;
+            } else {
+                growth.of_sizes(&plan.sizes, work.run)?;
+            }
+            let books = growth.into_books();
             drop(trainer);
             drop(sample);
             let planes = work.coder(&books, mean_shift, enough).code(work.source, domain, work.run)?;
