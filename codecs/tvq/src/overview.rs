@@ -12,6 +12,8 @@ use crate::train::Trainer;
 
 /// Errors, or bits, that differ by no more than this factor are about the same.
 const ABOUT_AS_GOOD: f64 = 1.03;
+/// The same where codebooks are chosen one by one.
+const AS_GOOD: f64 = 1.01;
 /// Errors at which a bit pays are the same where their logarithms differ by less.
 const NEAR: f64 = 0.05;
 /// Interpolation takes errors at which a bit pays for no farther off than this.
@@ -199,10 +201,11 @@ impl Overview<'_, '_> {
     /// than was asked for.
     pub fn good(&self, mut trials: Vec<Trial>) -> Vec<Trial> {
         let aim = self.aim;
+        let factor = if self.by_aim { AS_GOOD } else { ABOUT_AS_GOOD };
         let best = trials.iter().map(|t| t.settled.sum).min_by(|a, b| aim.order(*a, *b)).unwrap_or_default();
         trials.retain(|t| {
             let [is, least] = [t.settled.sum, best].map(|s| aim.left(s));
-            aim.met(t.settled.sum) == aim.met(best) && is <= ABOUT_AS_GOOD * least
+            aim.met(t.settled.sum) == aim.met(best) && is <= factor * least
         });
         trials
     }
