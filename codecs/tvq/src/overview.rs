@@ -62,8 +62,8 @@ impl Overview<'_, '_> {
             .sum()
     }
 
-    /// Bits of everything and squared error, where `count` codebooks of so many codewords are kept, and blocks have so many
-    /// codes; `open` of `blocks` have any.
+    /// Bits of everything and squared error, where so many codebooks of so many codewords are kept, and `blocks` measured blocks
+    /// come to what was found.
     fn sum(&self, beside: &Beside, (count, codewords): (usize, usize), found: Found, blocks: usize) -> Sum {
         // Blocks with codes lie together: about half the bricks that could hold one each do.
         let planes = f64::from(2 * 32 * (usize::BITS - count.leading_zeros()));
@@ -98,7 +98,7 @@ impl Overview<'_, '_> {
         Ok(Trial { point, settled: settle(self.aim, point.price(), sums), sizes: Vec::new() })
     }
 
-    /// Codebooks as long as the aim is met better with another, of the size that serves it best: full, or halved.
+    /// Codebooks as long as the aim is met better with another, of the size that serves it best: full, or a part.
     fn one_by_one(
         &self,
         mut point: Point,

@@ -92,9 +92,9 @@ impl Aim {
             let middle = 0.5 * (met + missed);
             let sum = at(middle.exp());
             if self.met(sum) {
-                met = middle
+                met = middle;
             } else {
-                missed = middle
+                missed = middle;
             }
             if self.just_met(sum) {
                 break;
