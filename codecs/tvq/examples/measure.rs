@@ -3,15 +3,18 @@
 //! `CVR_DATA=folder cargo run --release -p cvr-tvq --example measure -- bonsai,mr_vs payload=fixed rate=0.4,0.75`
 //!
 //! A setting of several values, separated by commas, is tried with each. `bonsai@64` is the cube of 64³ voxels in the middle
-//! of bonsai: how time grows with voxels. Memory is the most that this process has held so far (Linux).
+//! of bonsai: how time grows with voxels. `sheet@48` are the volumes of the stability atlas of that name and edge, at every
+//! step of its dial; `atlas@48` are all of them. Memory is the most that this process has held so far (Linux).
 
 #![allow(clippy::unwrap_used, reason = "a program of figures, which any failure ends")]
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use cvr_codec_tests::real::{NAMES, cpu_time, folder, volume_of};
 use cvr_core::codec::{Codec as _, SettingValue, Settings, decode_frame, encode_temporary};
+use cvr_core::stability::Subject;
 use cvr_core::volume::{
     BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, Region, SampleType,
     Samples, VolumeLayout,
@@ -35,6 +38,23 @@ fn middle(volume: &FiniteVolume, edge: u32) -> FiniteVolume {
     let samples = Samples::U8(values.iter().map(|v| *v as u8).collect());
     let layout = VolumeLayout::scalar(region.extent, SampleType::U8);
     FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
+}
+
+/// The volumes that a name on the command line stands for, with names of their own.
+fn volumes(folder: &Path, name: &str) -> Vec<(String, FiniteVolume)> {
+    let Some((whole, edge)) = name.split_once('@') else {
+        return vec![(name.to_owned(), volume_of(folder, name))];
+    };
+    let edge = edge.parse().unwrap();
+    let subjects: Vec<_> = Subject::all().filter(|s| whole == "atlas" || s.name == whole).collect();
+    if subjects.is_empty() {
+        return vec![(name.to_owned(), middle(&volume_of(folder, whole), edge))];
+    }
+    let steps = |subject: &'static Subject| {
+        let of_step = move |(i, step)| (format!("{} {step}", subject.name), subject.volume(i, edge));
+        subject.steps.iter().enumerate().map(of_step)
+    };
+    subjects.into_iter().flat_map(steps).collect()
 }
 
 /// PSNR in dB and bits per sample of the whole file, printed as a row.
@@ -85,10 +105,8 @@ fn main() {
         "| volume | settings | bits per sample | PSNR dB | CPU s | wall s | peak MiB |\n|---|---|---|---|---|---|---|"
     );
     for name in names.split(',') {
-        let volume = match name.split_once('@') {
-            Some((whole, edge)) => middle(&volume_of(&folder, whole), edge.parse().unwrap()),
-            None => volume_of(&folder, name),
-        };
-        all.iter().for_each(|pairs| measure(name, &volume, pairs, verbose));
+        for (name, volume) in volumes(&folder, name) {
+            all.iter().for_each(|pairs| measure(&name, &volume, pairs, verbose));
+        }
     }
 }

@@ -14,7 +14,9 @@ use crate::code::{Coder, Plane};
 use crate::fixed;
 use crate::geometry::{Geometry, Parameters, Payload, VALUE_BITS, VOXELS, block_grid, positions, sub_blocks};
 use crate::payload::packed_entries;
-use crate::settings::{Options, Target};
+use crate::plan::fixed_bits;
+use crate::settings::{CODE_BITS, MEAN_BITS, Options, Target};
+use crate::settle::Aim;
 use crate::table::{BookForm, Table};
 use crate::train::Training;
 use crate::variable::{self, Kept};
@@ -24,6 +26,8 @@ use crate::{CODEBOOK, HEADS, INDEX, TABLES};
 const HEADER_BYTES: f64 = 2048.0;
 /// What is in it at least, as a rule, and for each frame and set of tables.
 const HEADER_USED: [f64; 3] = [1800.0, 10.0, 10.0];
+/// Blocks that pay for full codebooks, without a target.
+const FULL_BLOCKS: f64 = 4096.0;
 /// A round of training that gains less than this part of the distortion is the last.
 const GAIN: f64 = 2e-3;
 
@@ -179,15 +183,19 @@ impl Work<'_> {
         self.domains().count() as f64
     }
 
-    /// Bits of everything but means, codes and codebooks.
-    pub fn overhead(&self, books: u32) -> f64 {
+    /// Bits of the container's header, about.
+    fn header_bits(&self) -> f64 {
         let [used, per_frame, per_set] = HEADER_USED;
         let (frames, sets) = (f64::from(self.layout.frames), self.sets.len() as f64);
         let used = used + frames * per_frame + sets * per_set;
-        let header = 8.0 * HEADER_BYTES * (used / HEADER_BYTES).ceil();
+        8.0 * HEADER_BYTES * (used / HEADER_BYTES).ceil()
+    }
+
+    /// Bits of everything but means, codes and codebooks.
+    pub fn overhead(&self, books: u32) -> f64 {
         // A word behind each frame, and a last word of each set's codebooks that is not full.
-        let ends = 64.0 * frames + 32.0 * sets;
-        header + ends + self.tables() * 32.0 * f64::from(5 + 3 * books)
+        let ends = 64.0 * f64::from(self.layout.frames) + 32.0 * self.sets.len() as f64;
+        self.header_bits() + ends + self.tables() * 32.0 * f64::from(5 + 3 * books)
     }
 
     /// The threshold of the classes in units of sums; `expected` where it is automatic.
@@ -220,6 +228,33 @@ impl Work<'_> {
     /// The squared error over all samples that a PSNR allows.
     pub fn error_of(&self, psnr: f64) -> f64 {
         self.span * self.span * self.samples() / 10_f64.powf(psnr / 10.0)
+    }
+
+    /// What the payload `variable` is to reach; errors in data units.
+    pub fn aim(&self) -> Aim {
+        match self.options.target {
+            Target::Rate(rate) => Aim::Bits(rate * self.samples()),
+            Target::Psnr(psnr) | Target::Both { psnr, .. } => Aim::Error(self.error_of(psnr)),
+            Target::Codes => {
+                let [codes, means, books] = self.default_bits();
+                Aim::Bits(codes + means + books + fixed_bits(self, 3, 0.0))
+            }
+        }
+    }
+
+    /// Without a target: bits of codes, of means and of codebooks. Blocks pay for a codebook: 256 codewords of each partition
+    /// where there are blocks enough, and fewer in proportion where there are not. With tables and heads these are no more
+    /// than half of the uncompressed volume.
+    pub fn default_bits(&self) -> [f64; 3] {
+        let (blocks, tables) = (self.blocks(), self.tables());
+        let share = (blocks / tables / FULL_BLOCKS).min(1.0);
+        let codewords = f64::from(CODE_BITS << 5) * share * tables;
+        let books = codewords * VOXELS as f64 * f64::from(self.options.entry_bits);
+        let bits = [f64::from(CODE_BITS) * blocks, f64::from(MEAN_BITS) * blocks, books];
+        let raw = 8.0 * self.samples() * self.layout.sample.bytes() as f64;
+        let beside = fixed_bits(self, 3, 0.0) - self.header_bits();
+        let part = (0.5 * raw - beside) / bits.iter().sum::<f64>();
+        bits.map(|bits| bits * part.clamp(0.0, 1.0))
     }
 
     /// Codebooks, tables and frames into tensors.

@@ -3,12 +3,13 @@
 use cvr_core::codec::EncodeError;
 
 use crate::blocks::{Domain, Sample};
-use crate::books::Book;
 use crate::code::Plane;
 use crate::encode::Work;
 use crate::geometry::{BRICK, HEAD_WORDS, VOXELS, number, positions};
+use crate::overview::{Overview, Trial};
 use crate::payload::mean_width;
-use crate::settings::{CODE_BITS, Target};
+use crate::settings::Target;
+use crate::settle::Aim;
 use crate::train::Trainer;
 
 /// Blocks on which trials train.
@@ -17,13 +18,25 @@ const OVERVIEW: u64 = 32768;
 pub const LEAST_ERROR: f64 = 0.5;
 /// Blocks of a table that are many.
 const MANY: f64 = 65536.0;
-/// Costs that differ by no more than this factor are about the same.
-const ABOUT_AS_GOOD: f64 = 1.02;
-/// Trials of one width.
+/// Blocks of a table that are not many, and such as are few.
+pub const SOME: f64 = 16384.0;
+pub const FEW: f64 = 4096.0;
+/// Trials of one width, and of one beside another whose price is known.
 const TRIALS: usize = 6;
+const ANEW: usize = 3;
+/// The farthest that one trial leads, as the logarithm of the error at which a bit pays: where codebooks are few, a price may
+/// be any in a wide range.
+const FARTHEST: f64 = 1.5;
 /// Squared error of a block that one bit is worth, over the mean square of its voxels: a bit less in each of 64
 /// dimensions would raise it by 2 ln 2.
 pub const PRICE: f64 = 2.0 * std::f64::consts::LN_2;
+
+/// Budgets that are tried for an error, and how near its logarithm is to come, or else those of two budgets to each other.
+const BUDGETS: usize = 5;
+const CLOSE: f64 = 0.1;
+const CLOSER: f64 = 0.02;
+/// Logarithm of bits per logarithm of error, about.
+const SLOPE: f64 = 0.3;
 
 /// What is sought before all blocks are coded: codes of how many bits, and the error at which a bit pays.
 #[derive(Copy, Clone, Debug)]
@@ -33,106 +46,22 @@ pub struct Point {
     pub error: f64,
 }
 
-/// What one trial promises.
-#[derive(Copy, Clone, Debug)]
-struct Promise {
-    bits: f64,
-    /// Squared error of everything, in units of sums.
-    error: f64,
-}
-
 impl Point {
     /// Squared error that a bit is worth, in units of sums.
     pub fn price(self) -> f64 {
         PRICE * self.error * self.error
     }
-}
 
-/// Trials on few blocks.
-struct Overview<'a, 'w> {
-    work: &'a Work<'w>,
-    trainer: Trainer<'a>,
-    /// Means of all blocks in units of sums, by domain and plane.
-    means: Vec<Vec<Plane>>,
-}
-
-impl Overview<'_, '_> {
-    /// Bits of all means.
-    fn mean_bits(&self, shift: u32) -> f64 {
-        let domains = self.work.domains().zip(&self.means);
-        domains
-            .map(|(domain, planes)| planes.iter().map(|p| mean_bits(p, domain.size, shift)).sum::<f64>())
-            .sum()
+    /// The error that suits the step of means. A step `s` adds `64 s² / 12` to the error of a block, and one twice as long takes
+    /// a bit less: that pays up to 0.59 of the error at which a bit does.
+    pub fn of_means(self) -> f64 {
+        1.45 * self.error
     }
 
-    fn trial(&self, point: Point) -> Result<Promise, EncodeError> {
-        let work = self.work;
-        let shift = work.mean_shift(point.error);
-        let outcome = self.trainer.variable(
-            point.width,
-            point.price(),
-            (shift, work.threshold(point.error)),
-            true,
-            work.run,
-        )?;
-        let codewords: usize = outcome.books.iter().map(Book::size).sum();
-        let count = outcome.books.len() as u32;
-        // Blocks with codes lie together: about half the bricks that could hold one each do.
-        let planes = f64::from(2 * 32 * (32 - count.leading_zeros()));
-        let planes = bricks(work) * planes * (2.0 * outcome.open).min(1.0);
-        let bits = self.mean_bits(shift)
-            + outcome.code_bits
-            + planes
-            + fixed_bits(work, count, codewords as f64 * work.tables());
-        Ok(Promise { bits, error: outcome.error })
-    }
-
-    /// The error at which a bit pays such that the target is met, for codes of one width.
-    fn find(&self, mut point: Point) -> Result<(Point, Promise), EncodeError> {
-        let work = self.work;
-        let (by_error, target) = match work.options.target {
-            Target::Psnr(psnr) => (true, work.error_of(psnr) / work.unit().powi(2)),
-            _ => (false, most_bits(work)),
-        };
-        // Logarithm of the error at which a bit pays, and of what it leads to over what is wanted; both rise, or one
-        // falls.
-        let mut known: Vec<(f64, f64)> = Vec::new();
-        let mut best: Option<(f64, Point, Promise)> = None;
-        for _ in 0..TRIALS {
-            let promise = self.trial(point)?;
-            let off =
-                ((if by_error { promise.error } else { promise.bits }).max(1e-9) / target.max(1e-9)).ln();
-            if best.as_ref().is_none_or(|b| off.abs() < b.0.abs()) {
-                best = Some((off, point, promise));
-            }
-            if off.abs() < 0.03 {
-                break;
-            }
-            known.push((point.error.ln(), off));
-            let next = match near_zero(&mut known) {
-                Some(next) => next,
-                None => point.error.ln() + if by_error { -off / 2.0 } else { off.clamp(-1.5, 1.5) },
-            };
-            point.error = next.clamp(-1.0, 12.0).exp();
-        }
-        best.map(|(_, point, promise)| (point, promise))
-            .ok_or(EncodeError::Unsupported("no trial".to_owned()))
-    }
-}
-
-/// Between the two known points nearest to zero on either side, where there are such.
-fn near_zero(known: &mut [(f64, f64)]) -> Option<f64> {
-    known.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let after = known.iter().position(|k| k.1 > 0.0)?;
-    let (a, b) = (known.get(after.checked_sub(1)?)?, known.get(after)?);
-    Some(a.0 + (b.0 - a.0) * (-a.1) / (b.1 - a.1))
-}
-
-/// Bits that there are for everything.
-pub fn most_bits(work: &Work<'_>) -> f64 {
-    match work.options.target {
-        Target::Rate(rate) => rate * work.samples(),
-        _ => f64::from(8 + CODE_BITS) * work.blocks() + fixed_bits(work, 0, 0.0),
+    /// By how much a bit turns out to be worth more than was assumed: the logarithm of the ratio of the errors at which it
+    /// pays. The price is in units of sums.
+    pub fn off(self, price: f64) -> f64 {
+        ((price / PRICE).sqrt() / self.error).ln().clamp(-FARTHEST, FARTHEST)
     }
 }
 
@@ -143,7 +72,7 @@ pub fn fixed_bits(work: &Work<'_>, books: u32, codewords: f64) -> f64 {
 }
 
 /// Bricks of all channels and frames.
-fn bricks(work: &Work<'_>) -> f64 {
+pub fn bricks(work: &Work<'_>) -> f64 {
     let of_domain = |d: &Domain| {
         let bricks = d.size.map(|s| f64::from(s.div_ceil(BRICK))).iter().product::<f64>();
         bricks * d.blocks() as f64 / d.plane_blocks() as f64
@@ -152,7 +81,7 @@ fn bricks(work: &Work<'_>) -> f64 {
 }
 
 /// Bits of the means of one plane, whose codes are finer by `shift` bits than what is stored.
-fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
+pub fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
     let bricks = size.map(|s| s.div_ceil(BRICK));
     let of_brick = |brick: [u32; 3]| {
         let first = brick.map(|b| b * BRICK);
@@ -167,45 +96,187 @@ fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
     positions(bricks).map(of_brick).sum()
 }
 
+/// What is sought before all blocks are coded.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub point: Point,
+    /// Codewords of each codebook; none, where codebooks are added as long as they pay.
+    pub sizes: Vec<usize>,
+}
+
 /// Bits of a code and the error at which a bit pays, such that the target is met.
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
-pub fn plan(work: &Work<'_>) -> Result<Point, EncodeError> {
+pub fn plan(work: &Work<'_>) -> Result<Plan, EncodeError> {
     let domains: Vec<_> = work.domains().cloned().collect();
     let seed = work.options.seed;
     let sample = Sample::draw(work.source, &domains, work.quantiser, OVERVIEW, seed, work.run)?;
     let coder = work.coder(&[], 0, 0.0);
     let means = domains.iter().map(|domain| coder.code(work.source, domain, work.run));
     let means = means.collect::<Result<Vec<_>, _>>()?;
+    let unit = work.unit().powi(2);
+    let aim = match work.aim() {
+        Aim::Error(error) => Aim::Error(error / unit),
+        bits @ Aim::Bits(_) => bits,
+    };
     let mut trainer = Trainer::new(&sample, work.training(true));
     trainer.copies = work.tables();
-    let overview = Overview { work, trainer, means };
+    trainer.most_bits = aim.most_bits();
+    let blocks = work.blocks() / work.tables();
+    let mut overview = Overview { work, trainer, means, aim, by_aim: blocks <= SOME };
     let error = match work.options.target {
         Target::Psnr(psnr) => (work.error_of(psnr) / work.samples()).sqrt() / work.unit(),
         _ => 0.0126 * work.span / work.unit(),
     };
     let error = error.max(LEAST_ERROR);
-    if work.options.index_bits > 0 {
-        return Ok(overview.find(Point { width: work.options.index_bits, error })?.0);
-    }
-    // Widths that there are blocks for; the widest take too long on many blocks, and do not pay there.
-    let blocks = work.blocks() / work.tables();
-    let widest = ((blocks / 4.0).max(8.0).log2() as u32).min(if blocks > MANY { 8 } else { 12 });
+    let of = |trial: Trial| Plan { point: trial.point, sizes: trial.sizes };
     let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6);
-    let (mut point, promise) = overview.find(Point { width: first, error })?;
-    let cost = |p: Promise| p.error + point.price() * p.bits;
-    let mut costs = vec![(first, cost(promise))];
-    let coarse = (first + 2..=widest).step_by(2).chain(first.checked_sub(1));
-    for width in coarse {
-        costs.push((width, cost(overview.trial(Point { width, ..point })?)));
+    let given = work.options.index_bits;
+    if overview.by_aim {
+        let (begin, widths) = if given > 0 { (given, Widths::Given) } else { (first + 2, Widths::All) };
+        let begin = Point { width: begin, error };
+        let found = match aim {
+            Aim::Bits(_) => Some(best_width(&overview, begin, widths)?),
+            Aim::Error(most) => of_error(&mut overview, begin, widths, most)?,
+        };
+        if let Some(trial) = found {
+            return Ok(of(trial));
+        }
+        overview.aim = aim;
+        overview.by_aim = false;
     }
-    let least = costs.iter().map(|c| c.1).fold(f64::INFINITY, f64::min);
-    // Of those about as good the widest: fewer codes are fewer fetches.
-    let good = costs.iter().filter(|c| c.1 <= ABOUT_AS_GOOD * least).map(|c| c.0);
-    point.width = good.max().unwrap_or(first);
-    if point.width.abs_diff(first) > 1 {
-        point = overview.find(point)?.0;
+    if given > 0 {
+        return Ok(of(overview.find(Point { width: given, error }, TRIALS)?));
     }
-    Ok(point)
+    let widest = widest(&overview);
+    let first = first.min(widest);
+    let begun = overview.find(Point { width: first, error }, TRIALS)?;
+    let mut trials = vec![begun.clone()];
+    let few = blocks <= FEW;
+    let step = if blocks > SOME { 2 } else { 1 };
+    for width in (first + step..=widest).step_by(step as usize).chain(first.checked_sub(1).filter(|w| *w > 0))
+    {
+        let point = Point { width, ..begun.point };
+        trials.push(if few { overview.find(point, TRIALS)? } else { overview.trial(point)? });
+    }
+    let best = widest_of(overview.good(trials)).unwrap_or(begun);
+    let anew = !few && best.point.width.abs_diff(first) > 1;
+    Ok(of(if anew { overview.find(best.point, TRIALS)? } else { best }))
+}
+
+/// Of trials about as good as each other the widest: fewer codes are fewer fetches.
+fn widest_of(good: Vec<Trial>) -> Option<Trial> {
+    good.into_iter().max_by_key(|t| t.point.width)
+}
+
+/// The greatest width that there are blocks for, and bits for a codebook; the widest take too long on many blocks, and do not
+/// pay there.
+fn widest(overview: &Overview<'_, '_>) -> u32 {
+    let blocks = overview.work.blocks() / overview.work.tables();
+    let payable = (overview.aim.most_bits() / overview.trainer.codeword_bits()).max(2.0).log2();
+    // Codebooks of the greatest width may have little more than half as many codewords.
+    let payable = if overview.by_aim { payable.ceil() } else { payable } as u32;
+    let most = if blocks > MANY { 8 } else { 12 };
+    ((blocks / 4.0).max(8.0).log2() as u32).min(most).min(payable)
+}
+
+/// Which widths are tried.
+#[derive(Copy, Clone, PartialEq)]
+enum Widths {
+    All,
+    /// One, and those beside it.
+    Near,
+    /// One.
+    Given,
+}
+
+/// The best trial under an aim of bits, where codebooks are few and one more does not fit as often as not, so that each
+/// width has a price of its own: every second width, each from the price that suited the one before it, then those beside the
+/// best.
+fn best_width(overview: &Overview<'_, '_>, begin: Point, widths: Widths) -> Result<Trial, EncodeError> {
+    let order = |a: &Trial, b: &Trial| overview.aim.order(a.settled.sum, b.settled.sum);
+    let mut trials: Vec<(u32, Trial)> = Vec::new();
+    let at = |width: u32, error: f64, trials: &mut Vec<(u32, Trial)>| -> Result<f64, EncodeError> {
+        let trial = overview.find(Point { width, error }, ANEW)?;
+        let error = trial.point.error;
+        trials.push((width, trial));
+        Ok(error)
+    };
+    if widths == Widths::Given {
+        return overview.find(begin, TRIALS);
+    }
+    let best_of = |trials: &[(u32, Trial)]| {
+        let best = trials.iter().min_by(|a, b| order(&a.1, &b.1));
+        best.map_or((begin.width, begin.error), |b| (b.0, b.1.point.error))
+    };
+    let widest = widest(overview);
+    let first = begin.width.min(widest);
+    let mut error = at(first, begin.error, &mut trials)?;
+    if widths == Widths::All {
+        for width in (first + 2..=widest).step_by(2) {
+            error = at(width, error, &mut trials)?;
+        }
+        // Narrower ones as long as they are better.
+        let mut width = first;
+        while width > 2 && best_of(&trials).0 == width {
+            width -= 2;
+            at(width, best_of(&trials).1, &mut trials)?;
+        }
+    }
+    let (best, error) = best_of(&trials);
+    for width in [best - 1, best + 1].into_iter().filter(|w| (1..=widest).contains(w)) {
+        at(width, error, &mut trials)?;
+    }
+    let trials = trials.into_iter().map(|t| t.1).collect();
+    widest_of(overview.good(trials)).ok_or(EncodeError::Unsupported("no trial".to_owned()))
+}
+
+/// The best trial of about the fewest bits that leave no more than so much error, if any does that was tried.
+fn of_error(
+    overview: &mut Overview<'_, '_>,
+    mut begin: Point,
+    mut widths: Widths,
+    most: f64,
+) -> Result<Option<Trial>, EncodeError> {
+    let work = overview.work;
+    let mut bits = fixed_bits(work, 3, 0.0) + work.default_bits().iter().sum::<f64>();
+    // Logarithms of bits, and of the error over what is allowed: of what missed it, of what reached it, and of the last.
+    let mut missed: Option<[f64; 2]> = None;
+    let mut reached: Option<([f64; 2], Trial)> = None;
+    let mut last: Option<[f64; 2]> = None;
+    let mut slope = SLOPE;
+    for _ in 0..BUDGETS {
+        overview.aim = Aim::Bits(bits);
+        let trial = best_width(overview, begin, widths)?;
+        begin = Point { width: trial.point.width.max(1), error: trial.point.error };
+        if widths == Widths::All {
+            widths = Widths::Near;
+        }
+        let over = (trial.settled.sum.error.max(1e-9) / most.max(1e-9)).ln().clamp(-4.0, 4.0);
+        let now = [bits.ln(), over];
+        if let Some(last) = last.filter(|l| l[1] != over) {
+            slope = ((last[0] - now[0]) / (now[1] - last[1])).clamp(0.1, 1.0);
+        }
+        last = Some(now);
+        if over > 0.0 {
+            missed = Some(now);
+        } else {
+            reached = Some((now, trial));
+        }
+        bits = match (&missed, &reached) {
+            (_, Some((b, _))) if b[1] > -CLOSE => break,
+            (Some(a), Some((b, _))) if (b[0] - a[0]).abs() < CLOSER => break,
+            // A little to the side that reaches it.
+            (Some(a), Some((b, _))) => {
+                let part = (a[1] + 0.5 * CLOSE) / (a[1] - b[1]);
+                a[0] + (b[0] - a[0]) * part.clamp(0.2, 0.8)
+            }
+            (Some(a), None) => a[0] + (slope * (a[1] + 0.5 * CLOSE)).clamp(0.05, 0.7),
+            (None, Some((b, _))) => b[0] + (slope * (b[1] + 0.5 * CLOSE)).clamp(-0.7, -0.05),
+            (None, None) => break,
+        }
+        .exp();
+    }
+    Ok(reached.map(|r| r.1))
 }

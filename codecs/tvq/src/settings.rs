@@ -117,7 +117,7 @@ pub const METHODS: &[&str] =
 /// What is to be reached.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Target {
-    /// The bits that 24 bits of codes and 8 of means take.
+    /// The bits that 24 bits of codes and 8 of means take for each block, and codebooks that so many blocks pay for.
     Codes,
     /// Bits per sample of the whole file.
     Rate(f64),
@@ -129,6 +129,8 @@ pub enum Target {
 
 /// Bits of the codes of a block, without a target.
 pub const CODE_BITS: u32 = 24;
+/// Bits of its mean, without a target.
+pub const MEAN_BITS: u32 = 8;
 
 /// The settings of one encoder.
 #[derive(Copy, Clone, Debug, PartialEq)]

@@ -28,12 +28,16 @@ pub struct Training {
 /// Blocks of one table, with their zones' energies.
 #[derive(Debug)]
 pub struct Trainer<'a> {
-    sample: &'a Sample,
+    /// The blocks.
+    pub sample: &'a Sample,
     basis: Basis,
     energies: Vec<[f64; ZONES]>,
-    training: Training,
+    /// What training may assume.
+    pub training: Training,
     /// Tables that will each have such codebooks.
     pub copies: f64,
+    /// Bits that all codebooks of all these tables may take: more would never be kept.
+    pub most_bits: f64,
 }
 
 /// What the codebooks so far leave of the blocks.
@@ -65,19 +69,6 @@ pub struct Curves {
     pub trained: f64,
 }
 
-/// Codebooks of the payload `variable`, and what they are expected to do.
-#[derive(Debug)]
-pub struct Outcome {
-    /// Codebooks.
-    pub books: Vec<Book>,
-    /// Bits of all codes of the domain.
-    pub code_bits: f64,
-    /// Squared error of all blocks, in units of sums.
-    pub error: f64,
-    /// Part of the blocks that keep a code.
-    pub open: f64,
-}
-
 fn energy(block: &[f32]) -> f64 {
     block.iter().map(|v| f64::from(*v) * f64::from(*v)).sum()
 }
@@ -88,7 +79,7 @@ impl<'a> Trainer<'a> {
     pub fn new(sample: &'a Sample, training: Training) -> Self {
         let basis = Basis::new(training.transform, &sample.values);
         let energies = sample.values.par_chunks(VOXELS).map(|block| energies(&basis, block)).collect();
-        Self { sample, basis, energies, training, copies: 1.0 }
+        Self { sample, basis, energies, training, copies: 1.0, most_bits: f64::INFINITY }
     }
 
     /// Class of each block. The threshold is a root mean square in units of sums.
@@ -98,6 +89,12 @@ impl<'a> Trainer<'a> {
             if self.training.classification { class_of(energies, threshold) } else { WHOLE }
         };
         self.energies.iter().map(class).collect()
+    }
+
+    /// Whether the blocks are all that their one table will ever serve.
+    #[must_use]
+    pub fn has_all(&self) -> bool {
+        self.sample.scale <= 1.0 && self.copies <= 1.0
     }
 
     /// Blocks less their means.
@@ -115,7 +112,10 @@ impl<'a> Trainer<'a> {
     }
 
     /// A codebook for what is left of some blocks.
-    fn book(
+    ///
+    /// # Errors
+    /// When `run` was cancelled.
+    pub fn book(
         &self,
         state: &State,
         classes: &[u8],
@@ -140,7 +140,7 @@ impl<'a> Trainer<'a> {
     }
 
     /// Takes the nearest codeword from each of some blocks.
-    fn subtract(state: &mut State, book: &Book, members: &[usize]) {
+    pub fn subtract(state: &mut State, book: &Book, members: &[usize]) {
         let gathered: Vec<f32> =
             members.iter().flat_map(|i| &state.residuals[i * VOXELS..(i + 1) * VOXELS]).copied().collect();
         for (i, nearest) in members.iter().zip(book.nearest(&gathered)) {
@@ -178,7 +178,8 @@ impl<'a> Trainer<'a> {
 
     /// Whether blocks of a class train a partition's codebook. Where codevectors keep to no zones, all do: those of a class
     /// that could do without have no chapter, and take part in refining the whole.
-    fn trains(&self, class: u8, partition: Partition) -> bool {
+    #[must_use]
+    pub fn trains(&self, class: u8, partition: Partition) -> bool {
         !self.training.confined || keeps(class, partition)
     }
 
@@ -247,77 +248,15 @@ impl<'a> Trainer<'a> {
         Ok(Curves { of, mean_square, trained: groups[0].len() as f64 })
     }
 
-    /// Codebooks of at most 2^width codewords, as many as pay at `price` (squared error, in units of sums, per bit).
-    /// With `held_out`, a third of the blocks trains nothing, and what codebooks do is measured on that third alone: many
-    /// codewords for few blocks then promise no more than they will keep.
-    ///
-    /// # Errors
-    /// When `run` was cancelled.
-    pub fn variable(
-        &self,
-        width: u32,
-        price: f64,
-        (mean_shift, threshold): (u32, f64),
-        held_out: bool,
-        run: &Progress<'_>,
-    ) -> Result<Outcome, Cancelled> {
-        let classes = self.classes(threshold);
-        let mut state = self.begin(mean_shift);
-        let code_price = price * f64::from(width);
-        let held_out = held_out && self.sample.len() >= 6;
-        let measured = |i: usize| !held_out || i % 3 == 2;
-        let scale = self.sample.scale * if held_out { 3.0 } else { 1.0 };
-        let weighted = |state: &State, i: usize| state.errors[i] * self.sample.weights[i];
-        // Cost of each block at its best count of codes so far.
-        let mut best: Vec<f64> = (0..classes.len()).map(|i| weighted(&state, i)).collect();
-        let mut kept = vec![0_u32; best.len()];
-        let mut books: Vec<Book> = Vec::new();
-        let mut partition = Partition::Low;
-        while (books.len() as u32) < self.training.most_books {
-            partition = partition.max(self.leading(&state));
-            let open = |i: &usize| {
-                self.trains(classes[*i], partition) && state.errors[*i] * PART_GAINED > code_price
-            };
-            let members: Vec<usize> = (0..classes.len()).filter(open).collect();
-            let blocks = members.len() as f64 * self.sample.scale / self.copies;
-            let size = (1_usize << width).min((blocks / FEWEST_BLOCKS) as usize);
-            if size < 2 {
-                break;
-            }
-            let taught: Vec<usize> = members.iter().copied().filter(|i| !held_out || i % 3 != 2).collect();
-            if taught.is_empty() {
-                break;
-            }
-            let book = self.book(&state, &classes, (&taught, partition), size, run)?;
-            Self::subtract(&mut state, &book, &members);
-            let count = books.len() as u32 + 1;
-            let mut gain = 0.0;
-            let mut better = Vec::new();
-            for &i in &members {
-                let cost = weighted(&state, i) + code_price * f64::from(count);
-                if cost < best[i] {
-                    gain += if measured(i) { best[i] - cost } else { 0.0 };
-                    better.push((i, cost));
-                }
-            }
-            let book_bits = (book.size() * VOXELS) as f64 * f64::from(self.training.recipe.entry_bits);
-            if gain * scale <= price * book_bits * self.copies {
-                break;
-            }
-            for (i, cost) in better {
-                (best[i], kept[i]) = (cost, count);
-            }
-            books.push(book);
-        }
-        let all = || (0..best.len()).filter(|i| measured(*i));
-        let codes = all().map(|i| f64::from(kept[i] * width)).sum::<f64>();
-        let error = all().map(|i| best[i]).sum::<f64>() - codes * price;
-        let open = all().filter(|i| kept[*i] > 0).count() as f64 / all().count().max(1) as f64;
-        Ok(Outcome { books, code_bits: codes * scale, error: error * scale, open })
+    /// Bits of a codeword in all tables that have such codebooks.
+    #[must_use]
+    pub fn codeword_bits(&self) -> f64 {
+        VOXELS as f64 * f64::from(self.training.recipe.entry_bits) * self.copies
     }
 
     /// The partition in which most of what is left lies.
-    fn leading(&self, state: &State) -> Partition {
+    #[must_use]
+    pub fn leading(&self, state: &State) -> Partition {
         const ENOUGH: usize = 2048;
         let every = self.sample.len().div_ceil(ENOUGH).max(1);
         let mut sums = [0.0; 3];
@@ -338,8 +277,3 @@ impl<'a> Trainer<'a> {
         }
     }
 }
-
-/// Part of a block's error that a code takes away, as a rule: blocks of which not even that would pay are not trained on.
-const PART_GAINED: f64 = 0.35;
-/// A codebook has no more codewords than one for so many blocks.
-const FEWEST_BLOCKS: f64 = 4.0;

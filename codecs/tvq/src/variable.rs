@@ -6,19 +6,24 @@ use serde_json::json;
 
 use crate::blocks::Sample;
 use crate::books::Book;
+use crate::bricks::Bricks;
 use crate::code::Plane;
 use crate::encode::{Coded, Sets, Work, Written, forms};
-use crate::geometry::{
-    BRICK, EDGE, Geometry, Parameters, Payload, VALUE_BITS, VOXELS, block_grid, number, positions,
-};
-use crate::payload::{brick_words, count_bits, mean_width, variable_frame};
-use crate::plan::{LEAST_ERROR, PRICE, Point, fixed_bits, most_bits, plan};
+use crate::geometry::{EDGE, Geometry, Parameters, Payload, VALUE_BITS, block_grid};
+use crate::grow::Growth;
+use crate::payload::variable_frame;
+use crate::plan::{LEAST_ERROR, Plan, SOME, plan};
 use crate::settings::Target;
+use crate::settle::{Aim, Settled, Sum, best_counts, settle};
 use crate::table::{BookForm, Partition, Table};
 use crate::train::Trainer;
 
 /// Codebooks are trained anew where the logarithm of the error at which a bit pays turns out to be off by this.
 const OFF: f64 = 0.5;
+/// The same where blocks are not many, so that this takes little time.
+const OFF_OF_SOME: f64 = 0.1;
+/// The error for which codebooks are trained grows by this factor there, as long as that helps.
+const COARSER: f64 = 1.15;
 /// How often codebooks are trained at most.
 const TRIES: usize = 4;
 
@@ -30,44 +35,63 @@ pub type Kept = Vec<Vec<Vec<Vec<u8>>>>;
 /// # Errors
 /// Those of reading, and when the run was cancelled.
 pub fn encode(work: &Work<'_>) -> Result<(Sets, Kept), EncodeError> {
-    let mut point = plan(work)?;
-    // The best so far: what it fails by (nothing, where the target is met), its price and its codes.
-    let mut best: Option<([f64; 2], f64, Sets)> = None;
-    for _ in 0..TRIES {
-        let coded = code(work, point)?;
-        let price = choose(work, &coded, point.price() * work.unit().powi(2));
-        let sum = total_at(work, &coded, price);
-        // By how much a target is missed, then what else is to be least.
-        let (missed, rank) = match work.options.target {
-            Target::Psnr(psnr) if sum.error > work.error_of(psnr) => (true, [sum.error, 0.0]),
-            Target::Psnr(_) => (false, [0.0, sum.bits]),
-            _ => (false, [0.0, sum.error]),
-        };
-        if best.as_ref().is_none_or(|b| rank < b.0) {
-            best = Some((rank, price, coded));
+    let mut plan = plan(work)?;
+    let aim = work.aim();
+    let some = work.blocks() / work.tables() <= SOME;
+    let (tries, near) = if some { (2 * TRIES, OFF_OF_SOME) } else { (TRIES, OFF) };
+    let mut coarser = false;
+    let mut best: Option<(Settled, Sets)> = None;
+    for _ in 0..tries {
+        let point = plan.point;
+        let coded = code(work, &plan)?;
+        let bricks = Bricks::of(work, &coded);
+        let settled = settle(aim, point.price() * work.unit().powi(2), |price| bricks.sums(price));
+        drop(bricks);
+        let better = best.as_ref().is_none_or(|b| aim.order(settled.sum, b.0.sum).is_lt());
+        if better {
+            best = Some((settled, coded));
         }
         // What pays at this price is not what the codebooks were made for.
-        let suited = (price / PRICE).sqrt() / work.unit();
-        let off = (suited / point.error).ln();
-        let next = if missed { 0.7 * point.error } else { point.error * (0.7 * off).exp() };
+        let off = point.off(settled.price / work.unit().powi(2));
+        let missed = matches!(aim, Aim::Error(_)) && !aim.met(settled.sum);
+        coarser |= !missed && off.abs() < near;
+        let next = match (coarser, missed) {
+            (_, true) if !plan.sizes.is_empty() && better => {
+                // Codebooks of these sizes do not reach it: as many as pay.
+                plan.sizes.clear();
+                continue;
+            }
+            // Codebooks of given sizes are trained anew as long as that helps.
+            _ if !plan.sizes.is_empty() && !better => break,
+            // Codebooks for the worst blocks alone may do better than those for all in which a code pays.
+            (true, _) if some && better => COARSER * point.error,
+            (true, _) => break,
+            (false, true) => 0.7 * point.error,
+            (false, false) => point.error * (0.7 * off).exp(),
+        };
         let next = next.clamp(LEAST_ERROR, f64::from(1 << VALUE_BITS));
-        if (!missed && off.abs() < OFF) || (next / point.error).ln().abs() < 0.1 {
+        if (next / point.error).ln().abs() < 0.05 {
             break;
         }
-        point.error = next;
+        plan.point.error = next;
     }
-    let Some((_, price, mut coded)) = best else {
+    let Some((settled, mut coded)) = best else {
         return Err(EncodeError::Unsupported("no blocks".to_owned()));
     };
-    let kept: Kept = coded
-        .iter()
-        .map(|set| set.iter().map(|c| c.planes.iter().map(|p| kept(p, price * width(c))).collect()).collect())
-        .collect();
-    for (coded, kept) in coded.iter_mut().flatten().zip(kept.iter().flatten()) {
-        let most = kept.iter().flatten().copied().max().unwrap_or(0);
-        coded.books.truncate(most.into());
+    let mut all = Vec::new();
+    for coded in &mut coded {
+        let mut of_set = Vec::new();
+        for coded in coded {
+            coded.books.truncate(settled.books);
+            let price = settled.price * width(coded);
+            let kept: Vec<_> = coded.planes.iter().map(|p| kept(p, coded.books.len(), price)).collect();
+            let most = kept.iter().flatten().copied().max().unwrap_or(0);
+            coded.books.truncate(most.into());
+            of_set.push(kept);
+        }
+        all.push(of_set);
     }
-    Ok((coded, kept))
+    Ok((coded, all))
 }
 
 /// Bits of a code.
@@ -75,12 +99,14 @@ fn width(coded: &Coded) -> f64 {
     f64::from(coded.books.iter().map(Book::width).max().unwrap_or(0))
 }
 
-fn code(work: &Work<'_>, point: Point) -> Result<Sets, EncodeError> {
+fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
+    let point = plan.point;
     let training = work.training(false);
-    let mean_shift = work.mean_shift(point.error);
+    let mean_shift = work.mean_shift(point.of_means());
     let threshold = work.threshold(point.error);
-    // Half of what a code costs, lest a somewhat lower price finds blocks without codes.
-    let enough = 0.5 * point.price() * work.unit().powi(2) * f64::from(point.width);
+    // Less than what a code costs, lest a lower price finds blocks without codes.
+    let part = if plan.sizes.is_empty() { 0.5 } else { 0.05 };
+    let enough = part * point.price() * work.unit().powi(2) * f64::from(point.width);
     let mut seed = work.options.seed;
     let mut sets = Vec::new();
     for set in &work.sets {
@@ -90,9 +116,16 @@ fn code(work: &Work<'_>, point: Point) -> Result<Sets, EncodeError> {
             let count = work.options.training_blocks;
             let sample = Sample::draw(work.source, domains, work.quantiser, count, seed, work.run)?;
             seed = seed.wrapping_add(1);
-            let trainer = Trainer::new(&sample, training);
-            let books =
-                trainer.variable(point.width, point.price(), (mean_shift, threshold), false, work.run)?.books;
+            let mut trainer = Trainer::new(&sample, training);
+            trainer.most_bits = work.aim().most_bits();
+            let code_price = point.price() * f64::from(point.width);
+            let mut growth = Growth::new(&trainer, code_price, (mean_shift, threshold), false);
+            if plan.sizes.is_empty() {
+                growth.at_price(1 << point.width, point.price(), work.run)?;
+            } else {
+                growth.of_sizes(&plan.sizes, work.run)?;
+            }
+            let books = growth.into_books();
             drop(trainer);
             drop(sample);
             let planes = work.coder(&books, mean_shift, enough).code(work.source, domain, work.run)?;
@@ -103,103 +136,15 @@ fn code(work: &Work<'_>, point: Point) -> Result<Sets, EncodeError> {
     Ok(sets)
 }
 
-/// What a price leads to.
-#[derive(Copy, Clone, Debug, Default)]
-struct Sum {
-    bits: f64,
-    /// In data units.
-    error: f64,
-}
-
-/// The number of codes at which `error + price · codes` is least; of equal ones the first.
-fn best_count(errors: &[f32], price: f64) -> usize {
-    let mut best = (f64::INFINITY, 0);
-    for (n, error) in errors.iter().enumerate() {
-        let cost = f64::from(*error) + price * n as f64;
-        if cost < best.0 {
-            best = (cost, n);
-        }
-    }
-    best.1
-}
-
-fn kept(plane: &Plane, code_price: f64) -> Vec<u8> {
-    let blocks = plane.errors.par_chunks_exact(plane.books + 1);
-    blocks.map(|errors| best_count(errors, code_price) as u8).collect()
-}
-
-/// What a brick takes and leaves.
-fn of_brick(plane: &Plane, size: [u32; 3], brick: [u32; 3], width: u32, count: impl Fn(usize) -> u8) -> Sum {
-    let first = brick.map(|b| b * BRICK);
-    let cut = [0, 1, 2].map(|a| BRICK.min(size[a] - first[a]));
-    let blocks = positions(cut).map(|p| number([0, 1, 2].map(|a| first[a] + p[a]), size));
-    let (mut error, mut codes, mut most, mut means) = (0.0, 0, 0, Vec::with_capacity(VOXELS));
-    for n in blocks {
-        let kept = count(n);
-        error += f64::from(plane.errors[n * (plane.books + 1) + usize::from(kept)]);
-        codes += u32::from(kept);
-        most = most.max(kept);
-        means.push(plane.means[n]);
-    }
-    let mean_bits = mean_width(&means).1 * means.len() as u32;
-    let words = brick_words(count_bits(std::iter::once(most)), mean_bits, codes, width);
-    Sum { bits: 32.0 * f64::from(words), error }
-}
-
-/// Bits of everything and squared error, where every block keeps as many codes as `count` says by its domain, plane and
-/// number.
-fn total(
-    work: &Work<'_>,
-    coded: &[Vec<Coded>],
-    count: impl Fn(usize, usize, &Plane, usize) -> u8 + Sync,
-) -> Sum {
-    let most = coded.iter().flatten().map(|c| c.books.len()).max().unwrap_or(0);
-    let codewords: usize = coded.iter().flatten().flat_map(|c| &c.books).map(Book::size).sum();
-    let mut sum = Sum { bits: fixed_bits(work, most as u32, codewords as f64), error: 0.0 };
-    for (d, (c, domain)) in coded.iter().flatten().zip(work.domains()).enumerate() {
-        let width = width(c) as u32;
-        let [x, y, z] = domain.size.map(|s| s.div_ceil(BRICK));
-        for (p, plane) in c.planes.iter().enumerate() {
-            let of_layer = |z: u32| {
-                let bricks = positions([x, y, 1]).map(|b| [b[0], b[1], z]);
-                bricks.fold(Sum::default(), |sum, brick| {
-                    let n = of_brick(plane, domain.size, brick, width, |n| count(d, p, plane, n));
-                    Sum { bits: sum.bits + n.bits, error: sum.error + n.error }
-                })
-            };
-            let layers: Vec<Sum> = (0..z).into_par_iter().map(of_layer).collect();
-            for layer in layers {
-                sum.bits += layer.bits;
-                sum.error += layer.error;
-            }
-        }
-    }
-    sum
-}
-
-/// The same, where every block keeps what pays at a price in data units.
-fn total_at(work: &Work<'_>, coded: &[Vec<Coded>], price: f64) -> Sum {
-    let prices: Vec<f64> = coded.iter().flatten().map(|c| price * width(c)).collect();
-    total(work, coded, |d, _, plane, n| {
-        let errors = &plane.errors[n * (plane.books + 1)..(n + 1) * (plane.books + 1)];
-        best_count(errors, prices[d]) as u8
-    })
-}
-
-/// The price, in data units, at which the target is just met; about `price`.
-fn choose(work: &Work<'_>, coded: &[Vec<Coded>], price: f64) -> f64 {
-    let met = |price: f64| match work.options.target {
-        // A higher price asks for less.
-        Target::Psnr(psnr) => total_at(work, coded, price).error > work.error_of(psnr),
-        _ => total_at(work, coded, price).bits <= most_bits(work),
+/// How many codes each block keeps, where the first `books` codebooks are kept and a code costs `price`.
+fn kept(plane: &Plane, books: usize, price: f64) -> Vec<u8> {
+    let prices = vec![price; books + 1];
+    let of_block = |errors: &[f32]| {
+        let mut kept = 0;
+        best_counts(|n| errors[n].into(), &prices, |_, count, _| kept = count as u8);
+        kept
     };
-    let (mut low, mut high) = ((price * 1e-6).max(1e-300).ln(), (price * 1e6).max(1e-300).ln());
-    for _ in 0..36 {
-        let middle = 0.5 * (low + high);
-        if met(middle.exp()) { high = middle } else { low = middle }
-    }
-    // Rates stay below, PSNRs above.
-    if matches!(work.options.target, Target::Psnr(_)) { low.exp() } else { high.exp() }
+    plane.errors.par_chunks_exact(plane.books + 1).map(of_block).collect()
 }
 
 /// Tables and frames.
@@ -262,12 +207,12 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
 /// Bits of the whole file, about.
 pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> f64 {
     let kept: Vec<&Vec<Vec<u8>>> = kept.iter().flatten().collect();
-    total(work, coded, |d, p, _, n| kept[d][p][n]).bits
+    Bricks::of(work, coded).sum_of(&kept).bits
 }
 
 fn notes(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Vec<String> {
     let kept: Vec<&Vec<Vec<u8>>> = kept.iter().flatten().collect();
-    let Sum { bits, error } = total(work, coded, |d, p, _, n| kept[d][p][n]);
+    let Sum { bits, error } = Bricks::of(work, coded).sum_of(&kept);
     let rate = bits / work.samples();
     match work.options.target {
         Target::Psnr(psnr) if error > work.error_of(psnr) => {

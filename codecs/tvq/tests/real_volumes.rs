@@ -63,3 +63,13 @@ fn busy_volumes_gain_least() {
     reaches("vorticity", &volume, "fixed", "0.8414", 38.11);
     reaches("vorticity", &volume, "variable", "0.8414", 38.11 + 1.0);
 }
+
+/// Blocks that come back in every frame: few codebooks, of the sizes that the rate has room for.
+#[test]
+fn few_blocks_have_codebooks_of_sizes_that_fit() {
+    let Some(folder) = folder() else { return };
+    let volume = volume_of(&folder, "pcasl");
+    let (fixed, _) = measured(&volume, "fixed", "1");
+    reaches("pcasl", &volume, "variable", "1", fixed + 2.0);
+    reaches("pcasl", &volume, "variable", "0.65", 36.0);
+}
