@@ -80,7 +80,8 @@ impl Table {
             return Err(format!("means of {width} bits from {mean_base} times 2^{mean_shift}"));
         }
         let books = words[TABLE_HEAD as usize..].chunks_exact(BOOK_WORDS as usize);
-        let books = books.map(|book| Self::read_book(book, g, entries)).collect::<Result<Vec<_>, _>>()?;
+        let books =
+            books.map(|book| Self::read_book(book, g.entry_bits, entries)).collect::<Result<Vec<_>, _>>()?;
         if !books.is_sorted_by_key(|book| book.partition) {
             return Err("codebooks are not in the order of their partitions".to_owned());
         }
@@ -90,18 +91,35 @@ impl Table {
         Ok(Self { mean_shift, width, mean_base, start, channel_words, books })
     }
 
-    fn read_book(words: &[u32], g: &Geometry, entries: u64) -> Result<BookForm, String> {
+    fn read_book(words: &[u32], entry_bits: u32, entries: u64) -> Result<BookForm, String> {
         let [first, size, form] = *words else { return Err("a codebook is cut".to_owned()) };
         let (width, shift) = (form & 31, (form >> 8) & 31);
         let partition = Partition::ALL.into_iter().find(|p| *p as u32 == form >> 16);
-        let most_shift = 26 - VALUE_BITS - if g.entry_bits == 16 { 7 } else { 0 };
+        let most_shift = 26 - VALUE_BITS - if entry_bits == 16 { 7 } else { 0 };
         let end = u64::from(first) + u64::from(size) * VOXELS as u64;
-        let fits = form & 0xe0e0 == 0 && width <= 16 && shift <= most_shift && size <= 1 << 16;
+        // Codewords are counted from the first of all codebooks.
+        let whole = first % VOXELS as u32 == 0;
+        let fits = whole && form & 0xe0e0 == 0 && width <= 16 && shift <= most_shift && size <= 1 << 16;
         match partition {
             Some(partition) if fits && end <= entries => {
                 Ok(BookForm { first, size, width, shift, partition })
             }
             _ => Err(format!("a codebook of {size} codewords from entry {first} on, of the form {form:#x}")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_codebook_lies_within_the_entries_and_begins_where_a_codeword_does() {
+        let read = |first| Table::read_book(&[first, 4, (Partition::Low as u32) << 16 | 2], 8, 6 * 64);
+        assert_eq!(read(128).unwrap().first, 128);
+        for first in [1, 63, 127, 192, u32::MAX - 63] {
+            let problem = read(first).unwrap_err();
+            assert!(problem.contains(&format!("4 codewords from entry {first} on")), "{problem}");
         }
     }
 }
