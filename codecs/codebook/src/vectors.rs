@@ -19,6 +19,17 @@ impl Vectors {
         Self { dimension, values: Vec::new(), weights: Vec::new() }
     }
 
+    /// None yet, with room for `count`.
+    ///
+    /// # Panics
+    /// When `dimension` is 0.
+    #[must_use]
+    pub fn with_room_for(count: usize, dimension: usize) -> Self {
+        let empty = Self::new(dimension);
+        let values = Vec::with_capacity(count * dimension);
+        Self { values, weights: Vec::with_capacity(count), ..empty }
+    }
+
     /// Vectors that follow each other in `values`, each of weight 1.
     ///
     /// # Panics

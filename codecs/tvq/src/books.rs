@@ -42,7 +42,7 @@ pub struct Recipe {
 #[derive(Debug)]
 pub struct Population<'a> {
     /// Blocks, 64 values each.
-    pub vectors: &'a [f32],
+    pub vectors: Vec<f32>,
     /// Weight of each.
     pub weights: &'a [f64],
     /// Class of each.
@@ -82,26 +82,29 @@ impl Book {
     /// # Errors
     /// When `run` was cancelled.
     pub fn train(
-        population: &Population<'_>,
+        population: Population<'_>,
         partition: Partition,
         size: usize,
         recipe: &Recipe,
         run: &Progress<'_>,
     ) -> Result<Self, Cancelled> {
-        let Population { vectors, weights, classes } = *population;
+        let Population { vectors, weights, classes } = population;
         let greatest = largest(vectors.iter().map(|v| f64::from(*v)));
         if size <= 1 || greatest == 0.0 {
             return Ok(Self::zero(partition, recipe.entry_bits));
         }
         let (fine, _) = entries_over(16, greatest);
-        let mut parts: Vec<Vectors> = CLASSES.iter().map(|_| Vectors::new(VOXELS)).collect();
+        let mut counts = [0; CLASSES.len()];
+        classes.iter().for_each(|class| counts[*class as usize] += 1);
+        let mut parts = counts.map(|count| Vectors::with_room_for(count, VOXELS));
         let mut energies = [0.0; CLASSES.len()];
         for ((vector, weight), class) in vectors.chunks_exact(VOXELS).zip(weights).zip(classes) {
             parts[*class as usize].push(vector, *weight);
             let energy: f64 = vector.iter().map(|v| f64::from(*v) * f64::from(*v)).sum();
             energies[*class as usize] += weight * energy;
         }
-        let counts: Vec<usize> = parts.iter().map(Vectors::len).collect();
+        // All training vectors are as much memory as several volumes: no copy lives longer than it must.
+        drop(vectors);
         let kept = |class: usize| keeps(class as u8, partition);
         if (0..CLASSES.len()).any(|class| kept(class) && energies[class] > 0.0) {
             energies.iter_mut().enumerate().filter(|(class, _)| !kept(*class)).for_each(|(_, e)| *e = 0.0);
@@ -118,8 +121,8 @@ impl Book {
             }
         }
         let (quantiser, shift) = entries_over(recipe.entry_bits, largest(words.iter().copied()));
-        let mut all = Vectors::new(VOXELS);
-        parts.drain(..).for_each(|part| all.append(&part));
+        let mut all = Vectors::with_room_for(counts.iter().sum(), VOXELS);
+        parts.into_iter().for_each(|part| all.append(&part));
         let first = Codebook::nearest_to(&words[VOXELS..], VOXELS, quantiser);
         let refined = refine(&all, first, None, size - 1, recipe.whole, run)?.codebook;
         let values = refined.values().iter().map(|v| f64::from(*v));

@@ -26,6 +26,9 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
     let plan = Plan::measure(work)?;
     match work.options.target {
         Target::Codes => {
+            if let Some(sizes) = plan.three_of_eight_bits(work) {
+                return code(work, sizes);
+            }
             // What three codes of 8 bits take, and their codebooks.
             let books = f64::from(CODE_BITS << 5) * VOXELS as f64 * f64::from(work.options.entry_bits);
             let budget = f64::from(CODE_BITS) * work.blocks() + books * work.tables();

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::blocks::{Domain, Sample};
 use crate::encode::Work;
 use crate::geometry::VOXELS;
+use crate::settings::{CODE_BITS, Target};
 use crate::train::{Curve, Curves, Trainer};
 
 /// Widths at which training curves are measured.
@@ -23,7 +24,8 @@ const FEW_BLOCKS: f64 = 32768.0;
 /// Codewords for which the settings' blocks are enough to train on. Where there are fewer for each codeword, blocks that
 /// trained do far better than others.
 const ENOUGH_FOR: f64 = 1024.0;
-/// How many times the settings' blocks train at most.
+/// How many times the settings' blocks train at most, under a target. Without one they are kept to, so that memory stays
+/// below eight times a volume of bytes.
 const MOST_TRAINING: f64 = 2.5;
 /// Most blocks times codewords of one of fewer than three codebooks: more would train for minutes.
 const MOST_PAIRS: f64 = (1_u64 << 31) as f64;
@@ -171,6 +173,13 @@ impl Plan {
         found
     }
 
+    /// Three codes of 8 bits, as in the paper, where there are blocks enough to pay for their codebooks.
+    pub fn three_of_eight_bits(&self, work: &Work<'_>) -> Option<Sizes> {
+        let books = [1 << CODE_BITS / 3; 3];
+        let many = given(work).is_none() && work.blocks() / work.tables() > FEW_BLOCKS;
+        many.then(|| Sizes { books, expected: self.expected(work, books) })
+    }
+
     /// How many codebooks are worth a try within a budget. What is expected of few large ones is less sure.
     pub fn counts(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Vec<usize> {
         if given(work).is_some() {
@@ -235,7 +244,8 @@ fn along(points: impl Iterator<Item = (f64, f64)>, x: f64) -> f64 {
 
 /// Blocks that train a table whose largest codebook has so many codewords.
 pub fn training_blocks(work: &Work<'_>, size: usize) -> f64 {
-    (work.options.training_blocks as f64 * (size as f64 / ENOUGH_FOR).clamp(1.0, MOST_TRAINING)).floor()
+    let most = if work.options.target == Target::Codes { 1.0 } else { MOST_TRAINING };
+    (work.options.training_blocks as f64 * (size as f64 / ENOUGH_FOR).clamp(1.0, most)).floor()
 }
 
 /// Sizes that the settings give.

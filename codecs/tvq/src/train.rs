@@ -69,6 +69,9 @@ pub struct Curves {
     pub trained: f64,
 }
 
+/// Blocks of which copies are made at a time.
+const AT_ONCE: usize = 8192;
+
 fn energy(block: &[f32]) -> f64 {
     block.iter().map(|v| f64::from(*v) * f64::from(*v)).sum()
 }
@@ -135,19 +138,24 @@ impl<'a> Trainer<'a> {
         };
         let weights: Vec<f64> = members.iter().map(|i| self.sample.weights[*i]).collect();
         let classes: Vec<u8> = members.iter().map(|i| classes[*i]).collect();
-        let population = Population { vectors: &vectors, weights: &weights, classes: &classes };
-        Book::train(&population, partition, size, &self.training.recipe, run)
+        let population = Population { vectors, weights: &weights, classes: &classes };
+        Book::train(population, partition, size, &self.training.recipe, run)
     }
 
     /// Takes the nearest codeword from each of some blocks.
     pub fn subtract(state: &mut State, book: &Book, members: &[usize]) {
-        let gathered: Vec<f32> =
-            members.iter().flat_map(|i| &state.residuals[i * VOXELS..(i + 1) * VOXELS]).copied().collect();
-        for (i, nearest) in members.iter().zip(book.nearest(&gathered)) {
-            let codeword = book.codebook.codeword(nearest.index as usize);
-            let block = &mut state.residuals[i * VOXELS..(i + 1) * VOXELS];
-            block.iter_mut().zip(codeword).for_each(|(r, c)| *r -= c);
-            state.errors[*i] = nearest.distance;
+        for members in members.chunks(AT_ONCE) {
+            let gathered: Vec<f32> = members
+                .iter()
+                .flat_map(|i| &state.residuals[i * VOXELS..(i + 1) * VOXELS])
+                .copied()
+                .collect();
+            for (i, nearest) in members.iter().zip(book.nearest(&gathered)) {
+                let codeword = book.codebook.codeword(nearest.index as usize);
+                let block = &mut state.residuals[i * VOXELS..(i + 1) * VOXELS];
+                block.iter_mut().zip(codeword).for_each(|(r, c)| *r -= c);
+                state.errors[*i] = nearest.distance;
+            }
         }
     }
 
