@@ -2,10 +2,11 @@
 
 use cvr_core::codec::{Decoder, VoxelDump};
 use cvr_core::render::Template;
-use cvr_core::shader::{BindingKind, GeneratedShader, Request, generate};
+use cvr_core::shader::{BindingKind, BindingLimits, GeneratedShader, Request, ShaderError, generate};
 use cvr_core::volume::{Extent, FrameIndex, Level};
 
 use crate::bindings::{Bound, Parts, Supplies};
+use crate::source::Voxels;
 use crate::{Device, DrawSource, EngineError, VolumeTexture};
 
 /// Invocations of one workgroup of a dump template, along x.
@@ -45,15 +46,7 @@ impl Device {
     /// [`EngineError::TooLarge`] when the frame has more voxels than 32 bits count, else as [`crate::Drawing::new`].
     pub fn dump_source(&self, source: &DrawSource<'_>, template: Template) -> Result<Vec<f32>, EngineError> {
         let voxels = source.voxels()?;
-        let shader = generate(&Request {
-            templates: &[template],
-            entry: "dump",
-            bindings: &BindingKind::DUMP,
-            layout: voxels.layout,
-            source: voxels.source.clone(),
-            filter: None,
-            limits: self.binding_limits(),
-        })?;
+        let shader = dump_shader(&voxels, template, self.binding_limits())?;
         let supplies = Supplies { buffers: &voxels.buffers, texture: voxels.texture, ..Supplies::default() };
         self.run_dump(&shader, supplies, voxels.layout.extent, voxels.layout.channels)
     }
@@ -112,6 +105,23 @@ impl Device {
         }
         Ok(values)
     }
+}
+
+/// The shader that fetches voxels by `template`.
+fn dump_shader(
+    voxels: &Voxels<'_>,
+    template: Template,
+    limits: BindingLimits,
+) -> Result<GeneratedShader, ShaderError> {
+    generate(&Request {
+        templates: &[template],
+        entry: "dump",
+        bindings: &BindingKind::DUMP,
+        layout: voxels.layout,
+        source: voxels.source.clone(),
+        filter: None,
+        limits,
+    })
 }
 
 /// Workgroups for this many invocations: along x as far as every device allows, then along y.

@@ -1,7 +1,5 @@
 use std::sync::Arc;
 
-use cvr_core::shader::BindingLimits;
-
 use super::*;
 use crate::VolumeTexture;
 use crate::testing::test_device;
@@ -45,16 +43,7 @@ fn a_dump_in_pieces_is_the_whole() {
         let source = DrawSource::Inline { codec: "toy", decoder: &toy, frame: FIRST, level: Level::FULL };
         let voxels = source.voxels().unwrap();
         for template in [cvr_shaders::DUMP, cvr_shaders::DUMP_CELL] {
-            let shader = generate(&Request {
-                templates: &[template],
-                entry: "dump",
-                bindings: &BindingKind::DUMP,
-                layout: voxels.layout,
-                source: voxels.source.clone(),
-                filter: None,
-                limits: device.binding_limits(),
-            })
-            .unwrap();
+            let shader = dump_shader(&voxels, template, device.binding_limits()).unwrap();
             let supplies = Supplies { buffers: &voxels.buffers, ..Supplies::default() };
             let shape = (toy.layout.extent, channels);
             let got = device.run_dump_in_pieces(&shader, supplies, shape, most_bytes).unwrap();
@@ -79,16 +68,8 @@ fn a_buffer_over_several_bindings_reads_as_one() {
     let toy = Toy::new([13, 17, 23], 1);
     let source = DrawSource::Inline { codec: "toy", decoder: &toy, frame: FIRST, level: Level::FULL };
     let voxels = source.voxels().unwrap();
-    let shader = generate(&Request {
-        templates: &[cvr_shaders::DUMP],
-        entry: "dump",
-        bindings: &BindingKind::DUMP,
-        layout: voxels.layout,
-        source: voxels.source.clone(),
-        filter: None,
-        limits: BindingLimits { storage_words: 1000, storage_buffers: 8 },
-    })
-    .unwrap();
+    let limits = BindingLimits { storage_words: 1000, storage_buffers: 8 };
+    let shader = dump_shader(&voxels, cvr_shaders::DUMP, limits).unwrap();
     let parts = shader.bindings.iter().filter(|b| matches!(b.kind, BindingKind::Words { .. })).count();
     assert_eq!(parts, toy.words.len().div_ceil(1000));
     let supplies = Supplies { buffers: &voxels.buffers, ..Supplies::default() };
