@@ -175,7 +175,7 @@ impl Plan {
 
     /// Three codes of 8 bits, as in the paper, where there are blocks enough to pay for their codebooks.
     pub fn three_of_eight_bits(&self, work: &Work<'_>) -> Option<Sizes> {
-        let books = [1 << CODE_BITS / 3; 3];
+        let books = [1 << (CODE_BITS / 3); 3];
         let many = given(work).is_none() && work.blocks() / work.tables() > FEW_BLOCKS;
         many.then(|| Sizes { books, expected: self.expected(work, books) })
     }
