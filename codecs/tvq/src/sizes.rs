@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::blocks::{Domain, Sample};
 use crate::encode::Work;
 use crate::geometry::VOXELS;
-use crate::settings::{CODE_BITS, Target};
+use crate::settings::CODE_BITS;
 use crate::train::{Curve, Curves, Trainer};
 
 /// Widths at which training curves are measured.
@@ -19,13 +19,12 @@ const WIDTHS: std::ops::RangeInclusive<u32> = 4..=16;
 const TRIED: [f64; 3] = [1.6, 1.1, 1.0];
 /// The same where codevectors keep to the zones of their partition, so that none does without three codebooks for nothing.
 const TRIED_CONFINED: [f64; 3] = [1.0, 1.1, 1.35];
-/// With no more blocks than this every number is tried: that takes seconds.
+/// With no more blocks than this every number is tried, which takes seconds, with a target or without.
 const FEW_BLOCKS: f64 = 32768.0;
 /// Codewords for which the settings' blocks are enough to train on. Where there are fewer for each codeword, blocks that
 /// trained do far better than others.
 const ENOUGH_FOR: f64 = 1024.0;
-/// How many times the settings' blocks train at most, under a target. Without one they are kept to, so that memory stays
-/// below eight times a volume of bytes.
+/// How many times the settings' blocks train at most.
 const MOST_TRAINING: f64 = 2.5;
 /// Most blocks times codewords of one of fewer than three codebooks: more would train for minutes.
 const MOST_PAIRS: f64 = (1_u64 << 31) as f64;
@@ -244,8 +243,7 @@ fn along(points: impl Iterator<Item = (f64, f64)>, x: f64) -> f64 {
 
 /// Blocks that train a table whose largest codebook has so many codewords.
 pub fn training_blocks(work: &Work<'_>, size: usize) -> f64 {
-    let most = if work.options.target == Target::Codes { 1.0 } else { MOST_TRAINING };
-    (work.options.training_blocks as f64 * (size as f64 / ENOUGH_FOR).clamp(1.0, most)).floor()
+    (work.options.training_blocks as f64 * (size as f64 / ENOUGH_FOR).clamp(1.0, MOST_TRAINING)).floor()
 }
 
 /// Sizes that the settings give.

@@ -210,3 +210,14 @@ fn transforms_and_thresholds_matter_where_codevectors_are_confined() {
         (square(&[("classification", "true")], 4), square(&[("classification", "false")], 4));
     assert!(with < 0.5 * means && without < 0.5 * means && with != without);
 }
+
+/// Where there are blocks enough: with one layer of them less, sizes follow what is there.
+#[test]
+fn without_a_target_fixed_has_three_codes_of_eight_bits() {
+    let widths = |extent: [u32; 3]| {
+        let stream = encoded(&ball(extent), &[("training_blocks", "2048"), ("iterations", "1")]);
+        stream.spec().parameters["training"]["payload"]["widths"].clone()
+    };
+    assert_eq!(widths([132, 128, 128]), serde_json::json!([8, 8, 8]));
+    assert_ne!(widths([128, 128, 128]), serde_json::json!([8, 8, 8]));
+}

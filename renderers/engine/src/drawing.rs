@@ -9,7 +9,7 @@ pub use rays::RayPieces;
 use canvas::Canvas;
 use check::Check;
 use cvr_core::render::{Blending, Filter, Image, LayerPass, Pass, Plan};
-use cvr_core::shader::{BindingKind, Request, TextureSampling, generate};
+use cvr_core::shader::{BindingKind, TextureSampling};
 use rays::{InPieces, RayWalk};
 
 use crate::bindings::{Bound, Parts, Supplies};
@@ -82,15 +82,8 @@ impl Drawing {
         let mut texts: Vec<String> = ring.iter().map(|ring| ring.wgsl().to_owned()).collect();
         let mut filtering = TextureSampling::Manual;
         for pass in &plan.passes {
-            let shader = generate(&Request {
-                templates: pass.templates(),
-                entry: pass.entry(),
-                bindings: &pass.bindings(),
-                layout: voxels.layout,
-                source: voxels.source.clone(),
-                filter: Some(filter),
-                limits: device.binding_limits(),
-            })?;
+            let template = (pass.templates(), pass.entry(), &pass.bindings()[..]);
+            let shader = voxels.shader(template, Some(filter), device.binding_limits())?;
             let sampler =
                 |kind: &BindingKind| matches!(kind, BindingKind::VolumeSampler | BindingKind::RingSampler);
             if shader.bindings.iter().any(|binding| sampler(&binding.kind)) {

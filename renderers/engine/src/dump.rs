@@ -2,7 +2,7 @@
 
 use cvr_core::codec::{Decoder, VoxelDump};
 use cvr_core::render::Template;
-use cvr_core::shader::{BindingKind, BindingLimits, GeneratedShader, Request, ShaderError, generate};
+use cvr_core::shader::{BindingKind, BindingLimits, GeneratedShader, ShaderError};
 use cvr_core::volume::{Extent, FrameIndex, Level};
 
 use crate::bindings::{Bound, Parts, Supplies};
@@ -113,15 +113,7 @@ fn dump_shader(
     template: Template,
     limits: BindingLimits,
 ) -> Result<GeneratedShader, ShaderError> {
-    generate(&Request {
-        templates: &[template],
-        entry: "dump",
-        bindings: &BindingKind::DUMP,
-        layout: voxels.layout,
-        source: voxels.source.clone(),
-        filter: None,
-        limits,
-    })
+    voxels.shader((&[template], "dump", &BindingKind::DUMP), None, limits)
 }
 
 /// Workgroups for this many invocations: along x as far as every device allows, then along y.

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Resource};
-use cvr_core::shader::{ResourceSize, Source};
+use cvr_core::render::{Filter, Template};
+use cvr_core::shader::{
+    BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, ShaderError, Source, generate,
+};
 use cvr_core::volume::{FrameIndex, Level, VolumeLayout};
 
 use crate::{EngineError, VolumeTexture};
@@ -43,6 +46,19 @@ pub(crate) struct Voxels<'a> {
     pub(crate) source: Source<'a>,
     pub(crate) buffers: Vec<Resource<'a>>,
     pub(crate) texture: Option<&'a VolumeTexture>,
+}
+
+impl Voxels<'_> {
+    /// The shader of a template that fetches these voxels, with its own bindings and through a filter if it asks for one.
+    pub(crate) fn shader(
+        &self,
+        (templates, entry, bindings): (&[Template], &str, &[BindingKind]),
+        filter: Option<Filter>,
+        limits: BindingLimits,
+    ) -> Result<GeneratedShader, ShaderError> {
+        let (layout, source) = (self.layout, self.source.clone());
+        generate(&Request { templates, entry, bindings, layout, source, filter, limits })
+    }
 }
 
 impl DrawSource<'_> {

@@ -3,7 +3,6 @@
 use std::sync::OnceLock;
 
 use cvr_core::render::{Filter, RasterPass};
-use cvr_core::shader::{Request, generate};
 
 use super::canvas::Canvas;
 use crate::bindings::{Parts, Supplies};
@@ -31,15 +30,8 @@ impl Check {
     ) -> Result<Option<Self>, EngineError> {
         let Some(pass) = pass.checked() else { return Ok(None) };
         let bindings: Vec<_> = pass.inputs.iter().map(|input| input.kind.clone()).collect();
-        let shader = generate(&Request {
-            templates: &pass.templates,
-            entry: pass.fragment,
-            bindings: &bindings,
-            layout: voxels.layout,
-            source: voxels.source.clone(),
-            filter: Some(filter),
-            limits: device.binding_limits(),
-        })?;
+        let template = (&pass.templates[..], pass.fragment, &bindings[..]);
+        let shader = voxels.shader(template, Some(filter), device.binding_limits())?;
         let supplies = Supplies { inputs: &pass.inputs, buffers: &voxels.buffers, ..Supplies::default() };
         let bound = BoundRaster::new(device, &pass, &shader, canvas.format(), &supplies, parts)?;
         let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());

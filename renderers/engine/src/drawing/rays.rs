@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use cvr_core::render::{ComputePass, Filter, Rays};
-use cvr_core::shader::{GeneratedShader, Request, ShaderError, generate};
+use cvr_core::shader::{GeneratedShader, ShaderError};
 
 use super::canvas::CutOff;
 use crate::bindings::{Bound, Parts, Supplies};
@@ -55,15 +55,8 @@ impl RayWalk {
         (image, parts): (&wgpu::Buffer, Parts),
     ) -> Option<Self> {
         let pass = pass.in_pieces()?;
-        let shader = generate(&Request {
-            templates: &pass.templates,
-            entry: pass.entry,
-            bindings: &pass.bindings(),
-            layout: voxels.layout,
-            source: voxels.source.clone(),
-            filter: Some(filter),
-            limits: device.binding_limits(),
-        });
+        let template = (&pass.templates[..], pass.entry, &pass.bindings()[..]);
+        let shader = voxels.shader(template, Some(filter), device.binding_limits());
         let texture = match source {
             DrawSource::Texture(texture) => Some(Arc::clone(texture)),
             DrawSource::Inline { .. } | DrawSource::Ring { .. } => None,
