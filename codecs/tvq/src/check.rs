@@ -2,6 +2,7 @@
 
 use crate::decode::Frame;
 use crate::geometry::{HEAD_WORDS, MOST_PLANES, Payload, VALUE_BITS, number, positions};
+use crate::payload::fixed_words;
 use crate::table::Table;
 
 /// Whether every mean, code and count of a frame stays within its table.
@@ -23,9 +24,21 @@ fn check_mean(table: &Table, code: u32) -> Result<(), String> {
 
 fn check_fixed(frame: &Frame<'_>, tables: &[Table]) -> Result<(), String> {
     let g = frame.geometry;
+    let count = |sub| g.sub_volume(sub).1.map(u64::from).iter().product::<u64>();
+    let words = |(table, sub): (&Table, [u32; 3])| fixed_words(table, count(sub));
+    let of_channel: u64 = tables.iter().zip(positions(g.sub_grid.to_array())).map(words).sum();
+    let mut begun = 0;
     for (table, sub) in tables.iter().zip(positions(g.sub_grid.to_array())) {
-        let count: u64 = g.sub_volume(sub).1.map(u64::from).iter().product();
+        let count = count(sub);
         check_mean(table, table.mean_base + ((1 << table.width) - 1))?;
+        // Sub-volumes follow each other without gaps, so that none reaches into another.
+        if (u64::from(table.start), u64::from(table.channel_words)) != (begun, of_channel) {
+            return Err(format!(
+                "the indices of sub-volume {sub:?} begin at word {} of {} and not at {begun} of {of_channel}",
+                table.start, table.channel_words
+            ));
+        }
+        begun += fixed_words(table, count);
         for channel in 0..u64::from(g.channels) {
             let start = u64::from(table.start) + channel * u64::from(table.channel_words);
             let end = start * 32 + count * table.block_bits();

@@ -12,7 +12,7 @@ pub struct Frame<'a> {
     pub tables: &'a [u32],
     /// Entries of all codebooks.
     pub codebook: &'a [u32],
-    /// Means and codes.
+    /// Means and codes; of the payload `fixed` block by block, but while a stream is checked.
     pub index: &'a [u32],
     /// Heads of all bricks; none for the payload `fixed`.
     pub heads: &'a [u32],
@@ -118,27 +118,28 @@ impl Frame<'_> {
         (code << self.tables[table as usize]) as i32
     }
 
-    /// What a block is made of where every block has one code of every codebook: arrays of means, then of the codes of
-    /// each codebook, block by block of the sub-volume.
+    /// What a block is made of where every block has one code of every codebook: block by block of the sub-volume, its mean
+    /// and its codes.
     fn fixed(&self, block: [u32; 3], channel: u32) -> Terms {
         let (g, table) = (self.geometry, self.table(block));
         let word = |i: u32| self.tables[(table + i) as usize];
         let (first, size) = g.sub_volume([0, 1, 2].map(|a| block[a] / g.sub_blocks[a]));
         let n = number([0, 1, 2].map(|a| block[a] - first[a]), size) as u64;
-        let count = size.map(u64::from).iter().product::<u64>();
+        let books = (0..g.books).map(|b| table + TABLE_HEAD + BOOK_WORDS * b);
+        let form = |book: u32| self.tables[book as usize + 2];
         let start = word(3) + channel * word(4);
         let width = word(1);
-        let mean = self.mean(table, word(2) + self.number(start, n * u64::from(width), width));
+        let bits = width + books.clone().map(|book| Self::width(form(book))).sum::<u32>();
+        let mut bit = n * u64::from(bits);
+        let mean = self.mean(table, word(2) + self.number(start, bit, width));
         let mut terms = Terms { mean, codes: [(0, 0); MOST_BOOKS as usize], count: 0 };
-        let mut bit = count * u64::from(width);
-        for b in 0..g.books {
-            let book = table + TABLE_HEAD + BOOK_WORDS * b;
-            let form = self.tables[book as usize + 2];
-            let width = Self::width(form);
-            if self.shown(form) {
-                terms.push(book, self.number(start, bit + n * u64::from(width), width));
+        bit += u64::from(width);
+        for book in books {
+            let width = Self::width(form(book));
+            if self.shown(form(book)) {
+                terms.push(book, self.number(start, bit, width));
             }
-            bit += count * u64::from(width);
+            bit += u64::from(width);
         }
         terms
     }

@@ -5,24 +5,33 @@
 // tvq_one_means, tvq_one_planes, and of its first three codebooks tvq_one_firsts, tvq_one_forms (vec3<u32>).
 // Resources: tvq_tables, tvq_codebook, tvq_index, tvq_heads.
 
-// What a block is the sum of, but for the place in it. Codes of codebook after codebook begin at a bit: as many of each as
-// there are codes, of which the block's is number n.
+// What a block is the sum of, but for the place in it.
 struct tvq_Terms {
     mean: i32,
     table: u32,
-    // How many codebooks there are codes of, and the bits of a code, where all have as many.
+    // How many codebooks there are codes of.
     count: u32,
+    // Payload variable: bits of a code, and where the codes begin.
     width: u32,
     start: u32,
     bit: u32,
-    codes: u32,
-    n: u32,
+    // Payload fixed: the mean's code and those of all codebooks, 64 bits at most.
+    record: vec2<u32>,
 }
 
 // The blocks at both ends of a cell's row along x.
 struct tvq_Row {
     low: tvq_Terms,
     high: tvq_Terms,
+}
+
+// The rows of a cell, and the axes along which it reaches into another block.
+struct tvq_Rows {
+    row_00: tvq_Row,
+    row_10: tvq_Row,
+    row_01: tvq_Row,
+    row_11: tvq_Row,
+    crossed: vec3<bool>,
 }
 
 // The codewords there: first entries and scales.
@@ -44,6 +53,42 @@ fn tvq_number(first: u32, bit: u32, width: u32) -> u32 {
     var number = tvq_index(word) >> shift;
     if shift + width > 32u {
         number |= tvq_index(word + 1u) << (32u - shift);
+    }
+    return number & ((1u << width) - 1u);
+}
+
+// The bits from bit 0 of a record on: as many as are asked for, 64 at most, and others behind them.
+fn tvq_record(first: u32, bit: u32, bits: u32) -> vec2<u32> {
+    let word = first + (bit >> 5u);
+    let shift = bit & 31u;
+    var record = vec2<u32>(tvq_index(word) >> shift, 0u);
+    if bits != 32u || shift != 0u {
+        if shift + bits > 32u {
+            let next = tvq_index(word + 1u);
+            if shift == 0u {
+                record.y = next;
+            } else {
+                record.x |= next << (32u - shift);
+                record.y = next >> shift;
+            }
+        }
+    }
+    if bits > 32u && shift + bits > 64u {
+        record.y |= tvq_index(word + 2u) << (32u - shift);
+    }
+    return record;
+}
+
+// The number of so many bits, 16 at most, from a bit of a record on.
+fn tvq_field(record: vec2<u32>, bit: u32, width: u32) -> u32 {
+    var number = 0u;
+    if bit >= 32u {
+        number = record.y >> (bit - 32u);
+    } else {
+        number = record.x >> bit;
+        if bit + width > 32u {
+            number |= record.y << (32u - bit);
+        }
     }
     return number & ((1u << width) - 1u);
 }
@@ -94,6 +139,21 @@ fn tvq_scale(form: u32) -> u32 {
     return 1u << ((form >> 8u) & 31u);
 }
 
+// Bits of a block's mean and of its codes of the codebooks before codebook b, 3 at most.
+fn tvq_before(table: u32, b: u32) -> u32 {
+    var bits = tvq_means(table).y;
+    if b > 0u {
+        bits += tvq_book(table, 0u).y & 31u;
+    }
+    if b > 1u {
+        bits += tvq_book(table, 1u).y & 31u;
+    }
+    if b > 2u {
+        bits += tvq_book(table, 2u).y & 31u;
+    }
+    return bits;
+}
+
 fn tvq_sub(block: vec3<u32>) -> vec3<u32> {
     if tvq_one_table == 1u {
         return vec3<u32>(0u);
@@ -107,11 +167,11 @@ fn tvq_fixed(block: vec3<u32>, channel: u32) -> tvq_Terms {
     let first = sub * tvq_sub_blocks;
     let size = min(tvq_sub_blocks, tvq_grid - first);
     let n = tvq_numbered(block - first, size);
-    let count = size.x * size.y * size.z;
+    let bits = tvq_before(table, tvq_books);
+    let record = tvq_record(tvq_start(table, channel), n * bits, bits);
     let means = tvq_means(table);
-    let start = tvq_start(table, channel);
-    let mean = i32((means.z + tvq_number(start, n * means.y, means.y)) << means.x);
-    return tvq_Terms(mean, table, tvq_books, 0u, start, count * means.y, count, n);
+    let mean = i32((means.z + tvq_field(record, 0u, means.y)) << means.x);
+    return tvq_Terms(mean, table, tvq_books, 0u, 0u, 0u, record);
 }
 
 fn tvq_below(low: u32, high: u32, n: u32) -> u32 {
@@ -151,7 +211,7 @@ fn tvq_kept(block: vec3<u32>, channel: u32) -> tvq_Terms {
     let mean_width = (form >> 16u) & 31u;
     let mean = i32(((form & 0xffffu) + tvq_number(start, n * mean_width, mean_width)) << means.x);
     let bit = size.x * size.y * size.z * mean_width + before * means.y;
-    return tvq_Terms(mean, table, count, means.y, start, bit, 1u, 0u);
+    return tvq_Terms(mean, table, count, means.y, start, bit, vec2<u32>(0u));
 }
 
 fn tvq_terms(block: vec3<u32>, channel: u32) -> tvq_Terms {
@@ -161,23 +221,11 @@ fn tvq_terms(block: vec3<u32>, channel: u32) -> tvq_Terms {
     return tvq_fixed(block, channel);
 }
 
-fn tvq_width(terms: tvq_Terms, form: u32) -> u32 {
+fn tvq_code(terms: tvq_Terms, b: u32, form: u32) -> u32 {
     if tvq_variable == 1u {
-        return terms.width;
+        return tvq_number(terms.start, terms.bit + b * terms.width, terms.width);
     }
-    return form & 31u;
-}
-
-// Bits of a block's codes of the codebooks before codebook b.
-fn tvq_before(terms: tvq_Terms, b: u32) -> u32 {
-    if tvq_variable == 1u {
-        return b * terms.width;
-    }
-    var bits = 0u;
-    for (var before = 0u; before < b; before++) {
-        bits += tvq_book(terms.table, before).y & 31u;
-    }
-    return bits;
+    return tvq_field(terms.record, tvq_before(terms.table, b), form & 31u);
 }
 
 // First entry of the codeword of codebook b, and the scale of its entries: 0 where the block has none.
@@ -186,18 +234,26 @@ fn tvq_codeword(terms: tvq_Terms, b: u32) -> vec2<u32> {
     if b >= terms.count || !tvq_shown(book.y) {
         return vec2<u32>(book.x, 0u);
     }
-    let width = tvq_width(terms, book.y);
-    let bit = terms.bit + terms.codes * tvq_before(terms, b) + terms.n * width;
-    return vec2<u32>(book.x + tvq_number(terms.start, bit, width) * 64u, tvq_scale(book.y));
+    return vec2<u32>(book.x + tvq_code(terms, b, book.y) * 64u, tvq_scale(book.y));
+}
+
+// What the codeword of codebook b adds.
+fn tvq_part(terms: tvq_Terms, b: u32, place: u32) -> i32 {
+    let word = tvq_codeword(terms, b);
+    if word.y == 0u {
+        return 0;
+    }
+    return tvq_entry(word.x + place) * i32(word.y);
 }
 
 fn tvq_sum(terms: tvq_Terms, place: u32) -> i32 {
+    // Three codebooks: without a loop their forms are constants.
+    if tvq_variable == 0u {
+        return terms.mean + tvq_part(terms, 0u, place) + tvq_part(terms, 1u, place) + tvq_part(terms, 2u, place);
+    }
     var sum = terms.mean;
     for (var b = 0u; b < terms.count; b++) {
-        let word = tvq_codeword(terms, b);
-        if word.y != 0u {
-            sum += tvq_entry(word.x + place) * i32(word.y);
-        }
+        sum += tvq_part(terms, b, place);
     }
     return sum;
 }
@@ -243,7 +299,36 @@ fn tvq_pair(words: tvq_Codewords, low_place: u32, high_place: u32) -> vec2<i32> 
         * vec2<i32>(i32(words.low.y), i32(words.high.y));
 }
 
-// The sums of a channel at the corners of a cell: x from 0 to 1 in a pair, y and z from pair to pair.
+// What one codebook adds at the corners of a cell: x from 0 to 1 in a pair, y and z from pair to pair. The places are those
+// of the rows' low and high ends.
+fn tvq_added(rows: tvq_Rows, places: array<vec2<u32>, 4>, b: u32) -> array<vec2<i32>, 4> {
+    let words_00 = tvq_codewords(rows.row_00, b, rows.crossed.x);
+    var words_10 = words_00;
+    if rows.crossed.y {
+        words_10 = tvq_codewords(rows.row_10, b, rows.crossed.x);
+    }
+    var words_01 = words_00;
+    var words_11 = words_10;
+    if rows.crossed.z {
+        words_01 = tvq_codewords(rows.row_01, b, rows.crossed.x);
+        words_11 = words_01;
+        if rows.crossed.y {
+            words_11 = tvq_codewords(rows.row_11, b, rows.crossed.x);
+        }
+    }
+    return array<vec2<i32>, 4>(
+        tvq_pair(words_00, places[0].x, places[0].y),
+        tvq_pair(words_10, places[1].x, places[1].y),
+        tvq_pair(words_01, places[2].x, places[2].y),
+        tvq_pair(words_11, places[3].x, places[3].y),
+    );
+}
+
+fn tvq_plus(a: array<vec2<i32>, 4>, b: array<vec2<i32>, 4>) -> array<vec2<i32>, 4> {
+    return array<vec2<i32>, 4>(a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]);
+}
+
+// The sums of a channel at the corners of a cell.
 fn tvq_corners(v: vec3<u32>, w: vec3<u32>, channel: u32) -> array<vec2<i32>, 4> {
     let low = v / 4u;
     let high = w / 4u;
@@ -262,44 +347,35 @@ fn tvq_corners(v: vec3<u32>, w: vec3<u32>, channel: u32) -> array<vec2<i32>, 4> 
             row_11 = tvq_row(low.x, high.x, high.y, high.z, channel);
         }
     }
-    var sum_00 = vec2<i32>(row_00.low.mean, row_00.high.mean);
-    var sum_10 = vec2<i32>(row_10.low.mean, row_10.high.mean);
-    var sum_01 = vec2<i32>(row_01.low.mean, row_01.high.mean);
-    var sum_11 = vec2<i32>(row_11.low.mean, row_11.high.mean);
-    var books = tvq_books;
-    if tvq_variable == 1u {
-        books = max(
-            max(max(row_00.low.count, row_00.high.count), max(row_10.low.count, row_10.high.count)),
-            max(max(row_01.low.count, row_01.high.count), max(row_11.low.count, row_11.high.count)),
-        );
-    }
+    let rows = tvq_Rows(row_00, row_10, row_01, row_11, crossed);
     let a = v & vec3<u32>(3u);
     let b = w & vec3<u32>(3u);
-    let place_00 = 16u * a.z + 4u * a.y;
-    let place_10 = 16u * a.z + 4u * b.y;
-    let place_01 = 16u * b.z + 4u * a.y;
-    let place_11 = 16u * b.z + 4u * b.y;
-    for (var book = 0u; book < books; book++) {
-        let words_00 = tvq_codewords(row_00, book, crossed.x);
-        var words_10 = words_00;
-        if crossed.y {
-            words_10 = tvq_codewords(row_10, book, crossed.x);
-        }
-        var words_01 = words_00;
-        var words_11 = words_10;
-        if crossed.z {
-            words_01 = tvq_codewords(row_01, book, crossed.x);
-            words_11 = words_01;
-            if crossed.y {
-                words_11 = tvq_codewords(row_11, book, crossed.x);
-            }
-        }
-        sum_00 += tvq_pair(words_00, place_00 + a.x, place_00 + b.x);
-        sum_10 += tvq_pair(words_10, place_10 + a.x, place_10 + b.x);
-        sum_01 += tvq_pair(words_01, place_01 + a.x, place_01 + b.x);
-        sum_11 += tvq_pair(words_11, place_11 + a.x, place_11 + b.x);
+    let ends = vec2<u32>(a.x, b.x);
+    let places = array<vec2<u32>, 4>(
+        16u * a.z + 4u * a.y + ends,
+        16u * a.z + 4u * b.y + ends,
+        16u * b.z + 4u * a.y + ends,
+        16u * b.z + 4u * b.y + ends,
+    );
+    var sums = array<vec2<i32>, 4>(
+        vec2<i32>(row_00.low.mean, row_00.high.mean),
+        vec2<i32>(row_10.low.mean, row_10.high.mean),
+        vec2<i32>(row_01.low.mean, row_01.high.mean),
+        vec2<i32>(row_11.low.mean, row_11.high.mean),
+    );
+    if tvq_variable == 0u {
+        sums = tvq_plus(sums, tvq_added(rows, places, 0u));
+        sums = tvq_plus(sums, tvq_added(rows, places, 1u));
+        return tvq_plus(sums, tvq_added(rows, places, 2u));
     }
-    return array<vec2<i32>, 4>(sum_00, sum_10, sum_01, sum_11);
+    let books = max(
+        max(max(row_00.low.count, row_00.high.count), max(row_10.low.count, row_10.high.count)),
+        max(max(row_01.low.count, row_01.high.count), max(row_11.low.count, row_11.high.count)),
+    );
+    for (var book = 0u; book < books; book++) {
+        sums = tvq_plus(sums, tvq_added(rows, places, book));
+    }
+    return sums;
 }
 
 fn tvq_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8> {

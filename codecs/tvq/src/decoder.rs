@@ -13,8 +13,27 @@ use cvr_core::volume::{BrickKey, Extent, FrameIndex, Level, ReferenceFrames, Val
 use crate::check::check_frame;
 use crate::decode::{Frame, Terms, place};
 use crate::geometry::{BOOK_WORDS, EDGE, Geometry, Parameters, Payload, TABLE_HEAD, TOP, VOXELS};
+use crate::records::records;
 use crate::table::Table;
 use crate::{CODEBOOK, HEADS, INDEX, INFO, TABLES};
+
+/// Means and codes, as they are fetched.
+#[derive(Debug)]
+enum Index {
+    /// As the stream has them.
+    Stream(Tensor),
+    /// Block by block: see [`records`].
+    Records(Vec<u32>),
+}
+
+impl Index {
+    fn words(&self) -> &[u32] {
+        match self {
+            Self::Stream(tensor) => tensor.words(),
+            Self::Records(words) => words,
+        }
+    }
+}
 
 /// Decodes a stream of `tvq`.
 #[derive(Debug)]
@@ -23,7 +42,7 @@ pub struct TvqDecoder {
     geometry: Geometry,
     tables: Tensor,
     codebook: Tensor,
-    index: Tensor,
+    index: Index,
     heads: Option<Tensor>,
     /// Words of the codebooks of each set, and of the indices of each frame.
     parts: [Vec<Range<usize>>; 2],
@@ -73,7 +92,7 @@ impl TvqDecoder {
         let mut decoder = Self {
             tables: tensor(TABLES, &tables_shape)?,
             codebook: tensor(CODEBOOK, &length(0))?,
-            index: tensor(INDEX, &length(1))?,
+            index: Index::Stream(tensor(INDEX, &length(1))?),
             heads,
             parts,
             ranges: Vec::new(),
@@ -81,7 +100,10 @@ impl TvqDecoder {
             layout,
             geometry,
         };
-        decoder.check()?;
+        let tables = decoder.check()?;
+        if decoder.geometry.payload == Payload::Fixed {
+            decoder.index = Index::Records(decoder.records(&tables));
+        }
         decoder.ranges = (0..decoder.geometry.tables).map(|set| decoder.codeword_ranges(set)).collect();
         Ok(decoder)
     }
@@ -113,8 +135,8 @@ impl TvqDecoder {
         tables.collect::<Result<_, String>>().map_err(DecodeError::Corrupt)
     }
 
-    /// Everything that a fetch relies on, so that no later fetch reads outside.
-    fn check(&self) -> Result<(), DecodeError> {
+    /// Everything that a fetch relies on, so that no later fetch reads outside. The tables of all sets.
+    fn check(&self) -> Result<Vec<Vec<Table>>, DecodeError> {
         let sets = (0..self.geometry.tables).map(|set| self.set_tables(set));
         let sets = sets.collect::<Result<Vec<_>, _>>()?;
         for frame in 0..self.layout.frames {
@@ -122,7 +144,18 @@ impl TvqDecoder {
             check_frame(&self.frame(FrameIndex(frame), Level::FULL), tables)
                 .map_err(|problem| DecodeError::Corrupt(format!("frame {frame}: {problem}")))?;
         }
-        Ok(())
+        Ok(sets)
+    }
+
+    /// The indices of all frames, block by block. Each frame has as many words as before.
+    fn records(&self, sets: &[Vec<Table>]) -> Vec<u32> {
+        let of_frame = |frame| {
+            let words =
+                records(&self.frame(FrameIndex(frame), Level::FULL), &sets[self.geometry.set_of(frame)]);
+            let length = self.parts[1][frame as usize].len();
+            words.into_iter().chain(std::iter::repeat(0)).take(length)
+        };
+        (0..self.layout.frames).flat_map(of_frame).collect()
     }
 
     /// Of each codeword of a set, by its first entry divided by the entries of a codeword.

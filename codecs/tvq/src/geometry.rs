@@ -12,6 +12,8 @@ pub const VOXELS: usize = 64;
 pub const BRICK: u32 = 4;
 /// Most codebooks of a table.
 pub const MOST_BOOKS: u32 = 63;
+/// Most codebooks of a table of the payload `fixed`: 64 bits are enough for a block then.
+pub const FIXED_BOOKS: u32 = 3;
 /// Most bits of a block's count of codes.
 pub const MOST_PLANES: u32 = 6;
 /// Words of the head of a brick.
@@ -104,7 +106,7 @@ impl Geometry {
         let grid = block_grid(layout.extent);
         let fits = grid.to_array() == p.grid
             && (p.subvolume == 0 || (p.subvolume.is_multiple_of(EDGE * BRICK) && p.subvolume <= 1024))
-            && p.books <= MOST_BOOKS
+            && p.books <= if p.payload == Payload::Fixed { FIXED_BOOKS } else { MOST_BOOKS }
             && matches!(p.entry_bits, 8 | 16)
             && (p.tables == 1 || p.tables == layout.frames)
             && p.entries.len() == p.tables as usize

@@ -19,6 +19,7 @@ mod grow;
 mod overview;
 mod payload;
 mod plan;
+mod records;
 mod settings;
 mod settle;
 mod sizes;

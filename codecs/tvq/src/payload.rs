@@ -33,6 +33,13 @@ impl Bits {
             (self.waiting, self.filled) = (0, 0);
         }
     }
+
+    /// All words, the last filled up with zeros.
+    #[must_use]
+    pub fn finish(mut self) -> Vec<u32> {
+        self.end_word();
+        self.words
+    }
 }
 
 /// Bits that the largest of some counts takes.
@@ -67,8 +74,7 @@ pub fn fixed_frame(tables: &[Table], planes: &[&[Plane]]) -> Vec<u32> {
                 let codes = plane.codes.iter().skip(b).step_by(plane.books.max(1));
                 codes.for_each(|code| bits.push((*code).into(), book.width));
             }
-            bits.end_word();
-            words.extend(bits.words);
+            words.extend(bits.finish());
         }
     }
     // So that there is a word even where nothing needs a bit.

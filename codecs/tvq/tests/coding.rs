@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use cvr_codec_tests::kept::with_flipped;
 use cvr_codec_tests::settings;
 use cvr_core::codec::{Codec as _, Decoder, decode_frame, decode_stages, encode_temporary};
 use cvr_core::container::EncodedVolume;
@@ -149,6 +150,20 @@ fn sub_volumes_have_tables_of_their_own_and_no_seams() {
         };
         let (beside, around) = (of(127..129), of(120..136));
         assert!(beside <= 2.0 * around + 0.1, "{payload}: {beside} beside the seam, {around} around it");
+    }
+}
+
+/// Indices are read block by block after they were checked, which must not lead one sub-volume into another.
+#[test]
+fn sub_volumes_whose_indices_do_not_follow_each_other_are_refused() {
+    let stream = encoded(&ball([148, 40, 36]), &[("subvolume", "128")]);
+    // The lowest bit of a table's word 3, where its indices begin.
+    let table_bytes = 4 * (5 + 3 * 3);
+    for (table, begin) in [(0, "[0, 0, 0] begin at word 1 of"), (1, "[1, 0, 0] begin at word")] {
+        let changed = with_flipped(&Tvq, &stream, "tables", table * table_bytes + 12);
+        let problem = Tvq.decoder(Arc::new(changed)).unwrap_err().to_string();
+        assert!(problem.contains("frame 0: the indices of sub-volume"), "{problem}");
+        assert!(problem.contains(begin), "{problem}");
     }
 }
 
