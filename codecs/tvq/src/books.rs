@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::allocate::shares;
 use crate::classify::{CLASSES, keeps};
 use crate::geometry::VOXELS;
+use crate::scale::Scale;
 use crate::table::Partition;
 
 /// A codebook of inverse transforms, in units of the decoder's sums.
@@ -15,8 +16,8 @@ use crate::table::Partition;
 pub struct Book {
     /// Where it belongs.
     pub partition: Partition,
-    /// Entries count 2^shift.
-    pub shift: u32,
+    /// What entries count.
+    pub scale: Scale,
     /// Codewords; the first is the zero vector.
     pub codebook: Codebook,
     /// Codewords of each class, the zero vector aside.
@@ -49,19 +50,12 @@ pub struct Population<'a> {
     pub classes: &'a [u8],
 }
 
-/// Entries that count 2^shift, the middle code 0.
-fn entries(bits: u32, shift: u32) -> Option<Quantiser> {
-    let unit = (1_u32 << shift) as f32;
-    Quantiser::of_stream(bits, -unit * (1_u32 << (bits - 1)) as f32, unit)
-}
-
-/// The quantiser of entries that reaches up to `largest`, and its shift.
-#[allow(clippy::unwrap_used, reason = "a power of two below 2^11 is a step")]
-fn entries_over(bits: u32, largest: f64) -> (Quantiser, u32) {
-    let top = f64::from((1_u32 << (bits - 1)) - 1);
-    let shift = (0..10).find(|shift| top * f64::from(1_u32 << shift) >= largest).unwrap_or(10);
-    let shift = shift.min(if bits == 16 { 3 } else { 10 });
-    (entries(bits, shift).unwrap(), shift)
+/// The quantiser of entries that reaches up to `largest`, the middle code 0, and its scale.
+#[allow(clippy::unwrap_used, reason = "an integer below 2^11 is a step")]
+fn entries_over(bits: u32, largest: f64) -> (Quantiser, Scale) {
+    let scale = Scale::reaching(bits, largest);
+    let unit = scale.units() as f32;
+    (Quantiser::of_stream(bits, -unit * (1_u32 << (bits - 1)) as f32, unit).unwrap(), scale)
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
@@ -72,9 +66,9 @@ impl Book {
     /// The zero vector alone.
     #[must_use]
     pub fn zero(partition: Partition, bits: u32) -> Self {
-        let (quantiser, shift) = entries_over(bits, 0.0);
+        let (quantiser, scale) = entries_over(bits, 0.0);
         let codebook = Codebook::nearest_to(&[0.0; VOXELS], VOXELS, quantiser);
-        Self { partition, shift, codebook, chapters: [0; CLASSES.len()] }
+        Self { partition, scale, codebook, chapters: [0; CLASSES.len()] }
     }
 
     /// At most `size` codewords for a population.
@@ -120,14 +114,14 @@ impl Book {
                 chapters[class] = trained.size() as u32;
             }
         }
-        let (quantiser, shift) = entries_over(recipe.entry_bits, largest(words.iter().copied()));
+        let (quantiser, scale) = entries_over(recipe.entry_bits, largest(words.iter().copied()));
         let mut all = Vectors::with_room_for(counts.iter().sum(), VOXELS);
         parts.into_iter().for_each(|part| all.append(&part));
         let first = Codebook::nearest_to(&words[VOXELS..], VOXELS, quantiser);
         let refined = refine(&all, first, None, size - 1, recipe.whole, run)?.codebook;
         let values = refined.values().iter().map(|v| f64::from(*v));
         let words: Vec<f64> = std::iter::repeat_n(0.0, VOXELS).chain(values).collect();
-        Ok(Self { partition, shift, codebook: Codebook::nearest_to(&words, VOXELS, quantiser), chapters })
+        Ok(Self { partition, scale, codebook: Codebook::nearest_to(&words, VOXELS, quantiser), chapters })
     }
 
     /// Codewords of each class that has any, by its name.

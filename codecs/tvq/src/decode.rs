@@ -4,6 +4,7 @@
 use crate::geometry::{
     BOOK_WORDS, BRICK, EDGE, Geometry, MOST_BOOKS, Payload, TABLE_HEAD, TOP, VOXELS, number,
 };
+use crate::scale::Scale;
 
 /// One frame of a stream at some stage.
 #[derive(Copy, Clone, Debug)]
@@ -99,7 +100,7 @@ impl Frame<'_> {
     pub fn term(&self, book: u32, code: u32, place: usize) -> i32 {
         let form = self.tables[book as usize + 2];
         let first = self.tables[book as usize] as usize;
-        self.entry(first + code as usize * VOXELS + place) * (1 << ((form >> 8) & 31))
+        self.entry(first + code as usize * VOXELS + place) * Scale::of_form(form).units() as i32
     }
 
     /// First word of the table of a block's sub-volume.

@@ -136,7 +136,7 @@ fn tvq_shown(form: u32) -> bool {
 }
 
 fn tvq_scale(form: u32) -> u32 {
-    return 1u << ((form >> 8u) & 31u);
+    return ((8u + ((form >> 13u) & 7u)) << ((form >> 8u) & 31u)) >> 3u;
 }
 
 // Bits of a block's mean and of its codes of the codebooks before codebook b, 3 at most.

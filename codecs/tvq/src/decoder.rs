@@ -14,6 +14,7 @@ use crate::check::check_frame;
 use crate::decode::{Frame, Terms, place};
 use crate::geometry::{BOOK_WORDS, EDGE, Geometry, Parameters, Payload, TABLE_HEAD, TOP, VOXELS};
 use crate::records::records;
+use crate::scale::Scale;
 use crate::table::Table;
 use crate::{CODEBOOK, HEADS, INDEX, INFO, TABLES};
 
@@ -174,7 +175,7 @@ impl TvqDecoder {
             let form = frame.tables[*book as usize + 2];
             let first = frame.tables[*book as usize] as usize / VOXELS;
             let (least, largest) = self.ranges[set][first + *code as usize];
-            let scale = 1 << ((form >> 8) & 31);
+            let scale = Scale::of_form(form).units() as i32;
             (low + least * scale, high + largest * scale)
         })
     }

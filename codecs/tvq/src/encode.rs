@@ -14,7 +14,7 @@ use crate::code::{Coder, Plane};
 use crate::fixed;
 use crate::geometry::{Geometry, Parameters, Payload, VALUE_BITS, VOXELS, block_grid, positions, sub_blocks};
 use crate::payload::packed_entries;
-use crate::plan::fixed_bits;
+use crate::plan::{COARSE, fixed_bits, plan};
 use crate::settings::{CODE_BITS, MEAN_BITS, Options, Target};
 use crate::settle::Aim;
 use crate::table::{BookForm, Table};
@@ -38,6 +38,7 @@ pub struct TvqEncoder {
 }
 
 /// What every step of encoding needs to know.
+#[derive(Clone)]
 pub struct Work<'a> {
     pub source: &'a dyn BrickSource,
     pub run: &'a Progress<'a>,
@@ -98,7 +99,7 @@ impl Encoder for TvqEncoder {
             if work.bits(&coded, kept.as_ref()) <= rate * work.samples() {
                 return work.write(&coded, kept.as_ref(), out);
             }
-            work.options.target = Target::Rate(rate);
+            work.options = Options { target: Target::Rate(rate), ..options };
         }
         let (coded, kept) = work.code()?;
         work.write(&coded, kept.as_ref(), out)
@@ -123,12 +124,27 @@ fn domains(layout: &VolumeLayout, options: &Options) -> Vec<Vec<Domain>> {
 }
 
 impl Work<'_> {
-    /// Codebooks and codes, and how many codes each block keeps.
-    fn code(&self) -> Result<(Sets, Option<Kept>), EncodeError> {
+    /// Codebooks and codes, and how many codes each block keeps. Entries have as many bits as suits these from then on.
+    fn code(&mut self) -> Result<(Sets, Option<Kept>), EncodeError> {
         match self.options.payload {
             Payload::Fixed => Ok((fixed::encode(self)?, None)),
-            Payload::Variable => variable::encode(self).map(|(coded, kept)| (coded, Some(kept))),
+            Payload::Variable => {
+                let plan = plan(self)?;
+                self.options.entry_bits = Some(plan.entry_bits);
+                variable::encode(self, plan).map(|(coded, kept)| (coded, Some(kept)))
+            }
         }
+    }
+
+    /// Bits of an entry.
+    pub fn entry_bits(&self) -> u32 {
+        self.options.entry_bits.unwrap_or(COARSE)
+    }
+
+    /// The same with entries of so many bits.
+    #[must_use]
+    pub fn with_entry_bits(&self, bits: u32) -> Self {
+        Self { options: Options { entry_bits: Some(bits), ..self.options }, ..self.clone() }
     }
 
     /// Bits of the whole file, about.
@@ -147,7 +163,7 @@ impl Work<'_> {
             seed: self.options.seed,
             chapter: Stop { rounds, gain: GAIN },
             whole: Stop { rounds: 2 * rounds, gain: GAIN },
-            entry_bits: self.options.entry_bits,
+            entry_bits: self.entry_bits(),
         };
         Training {
             transform: self.options.transform,
@@ -249,7 +265,7 @@ impl Work<'_> {
         let (blocks, tables) = (self.blocks(), self.tables());
         let share = (blocks / tables / FULL_BLOCKS).min(1.0);
         let codewords = f64::from(CODE_BITS << 5) * share * tables;
-        let books = codewords * VOXELS as f64 * f64::from(self.options.entry_bits);
+        let books = codewords * VOXELS as f64 * f64::from(self.entry_bits());
         let bits = [f64::from(CODE_BITS) * blocks, f64::from(MEAN_BITS) * blocks, books];
         let raw = 8.0 * self.samples() * self.layout.sample.bytes() as f64;
         let beside = fixed_bits(self, 3, 0.0) - self.header_bits();
@@ -274,7 +290,7 @@ impl Work<'_> {
             let codes =
                 || set.iter().flat_map(|c| &c.books).flat_map(|book| book.codebook.codes().iter().copied());
             entries.push(codes().count() as u64);
-            codebooks.push(packed_entries(codes(), self.options.entry_bits));
+            codebooks.push(packed_entries(codes(), self.entry_bits()));
         }
         let parameters = Parameters {
             payload: self.options.payload,
@@ -282,7 +298,7 @@ impl Work<'_> {
             subvolume: self.options.subvolume,
             offset: self.quantiser.offset(),
             step: self.quantiser.step(),
-            entry_bits: self.options.entry_bits,
+            entry_bits: self.entry_bits(),
             books: written.books,
             tables: self.sets.len() as u32,
             entries,
@@ -350,7 +366,7 @@ pub fn forms(books: &[Book], first: &mut u32, widths: bool) -> Vec<BookForm> {
             first: begin,
             size,
             width: if widths { book.width() } else { 0 },
-            shift: book.shift,
+            scale: book.scale,
             partition: book.partition,
         }
     };

@@ -9,7 +9,7 @@ use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::VOXELS;
 use crate::payload::{fixed_frame, fixed_words, mean_width};
 use crate::settings::{CODE_BITS, Target};
-use crate::sizes::{Plan, Sizes, given, training_blocks};
+use crate::sizes::{Plan, Shape, Sizes, given, training_blocks};
 use crate::table::{Partition, Table};
 use crate::train::Trainer;
 
@@ -17,6 +17,8 @@ use crate::train::Trainer;
 const SEARCH: usize = 12;
 /// How often the sizes are chosen anew.
 const TRIES: usize = 8;
+/// What reaches most.
+const THREE: Shape = Shape::Best(3);
 
 /// Codebooks and codes of all tables.
 ///
@@ -30,49 +32,49 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
                 return code(work, sizes);
             }
             // What three codes of 8 bits take, and their codebooks.
-            let books = f64::from(CODE_BITS << 5) * VOXELS as f64 * f64::from(work.options.entry_bits);
+            let books = f64::from(CODE_BITS << 5) * VOXELS as f64 * f64::from(work.entry_bits());
             let budget = f64::from(CODE_BITS) * work.blocks() + books * work.tables();
-            let coded = |count| code(work, plan.sizes(work, budget, false, count));
-            Ok(of_counts(&plan.counts(work, budget, false), coded)?.1)
+            let coded = |shape| code(work, plan.sizes(work, budget, false, shape));
+            Ok(best_of(&plan.counts(work, budget, false), coded)?.1)
         }
         Target::Rate(rate) => {
             let most = rate * work.samples() - work.overhead(3);
-            let coded = |count| within(work, &plan, most, count);
-            Ok(of_counts(&plan.counts(work, most, true), coded)?.1)
+            let coded = |shape| within(work, &plan, most, shape);
+            Ok(best_of(&plan.shapes(work, most), coded)?.1)
         }
         Target::Psnr(psnr) | Target::Both { psnr, .. } => least(work, &plan, psnr),
     }
 }
 
-/// Of some numbers of codebooks the one that leaves the least error, and what it codes.
-fn of_counts(
-    counts: &[usize],
-    code: impl Fn(usize) -> Result<Sets, EncodeError>,
-) -> Result<(usize, Sets), EncodeError> {
-    let mut best: Option<(f64, usize, Sets)> = None;
-    for &count in counts {
-        let coded = code(count)?;
+/// Of some shapes the one that leaves the least error, and what it codes.
+fn best_of(
+    shapes: &[Shape],
+    code: impl Fn(Shape) -> Result<Sets, EncodeError>,
+) -> Result<(Shape, Sets), EncodeError> {
+    let mut best: Option<(f64, Shape, Sets)> = None;
+    for &shape in shapes {
+        let coded = code(shape)?;
         let error = total_error(&coded);
         if best.as_ref().is_none_or(|best| error < best.0) {
-            best = Some((error, count, coded));
+            best = Some((error, shape, coded));
         }
     }
-    best.map(|(_, count, coded)| (count, coded))
+    best.map(|(_, shape, coded)| (shape, coded))
         .ok_or_else(|| EncodeError::Unsupported("no codebooks to try".to_owned()))
 }
 
-/// `count` codebooks, and no more bits than `most`.
-fn within(work: &Work<'_>, plan: &Plan, most: f64, count: usize) -> Result<Sets, EncodeError> {
+/// Codebooks of a shape, and no more bits than `most`.
+fn within(work: &Work<'_>, plan: &Plan, most: f64, shape: Shape) -> Result<Sets, EncodeError> {
     let mut budget = most;
     for _ in 1..TRIES {
-        let coded = code(work, plan.sizes(work, budget, true, count))?;
+        let coded = code(work, plan.sizes(work, budget, true, shape))?;
         let excess = bits(work, &coded) - most;
         if excess <= 0.0 || budget < 0.0 || given(work).is_some() {
             return Ok(coded);
         }
         budget -= excess * 1.01 + 8.0 * work.blocks() / 64.0;
     }
-    code(work, plan.sizes(work, budget, true, count))
+    code(work, plan.sizes(work, budget, true, shape))
 }
 
 /// The least rate that reaches a PSNR, to within a fiftieth: budgets from the one that the curves promise on.
@@ -81,30 +83,30 @@ fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Sets, EncodeError> {
     let wanted = (error / work.samples()).sqrt() / work.unit();
     // Means of one bit, to begin with.
     let mut budget = work.blocks();
-    let all = plan.sizes(work, f64::INFINITY, true, 3);
+    let all = plan.sizes(work, f64::INFINITY, true, THREE);
     while (1..4).all(|count| {
-        let sizes = plan.sizes(work, budget, true, count);
+        let sizes = plan.sizes(work, budget, true, Shape::Best(count));
         sizes.expected > wanted && sizes != all
     }) {
         budget *= 1.05;
     }
-    let tried = |count| code(work, plan.sizes(work, budget, true, count));
-    let (count, _) = of_counts(&plan.counts(work, budget, true), tried)?;
-    let mut reached = search(work, plan, budget, (error, count))?;
-    if reached.is_none() && count < 3 {
-        reached = search(work, plan, budget, (error, 3))?;
+    let tried = |shape| code(work, plan.sizes(work, budget, true, shape));
+    let (shape, _) = best_of(&plan.counts(work, budget, true), tried)?;
+    let mut reached = search(work, plan, budget, (error, shape))?;
+    if reached.is_none() && shape != THREE {
+        reached = search(work, plan, budget, (error, THREE))?;
     }
     reached.map_or_else(|| code(work, all), Ok)
 }
 
-/// `count` codebooks that leave no more than an error, or `None` where they cannot: budgets around a first one.
+/// Codebooks of a shape that leave no more than an error, or `None` where they cannot: budgets around a first one.
 fn search(
     work: &Work<'_>,
     plan: &Plan,
     mut budget: f64,
-    (error, count): (f64, usize),
+    (error, shape): (f64, Shape),
 ) -> Result<Option<Sets>, EncodeError> {
-    let at = |budget: f64| plan.sizes(work, budget, true, count);
+    let at = |budget: f64| plan.sizes(work, budget, true, shape);
     let most = at(f64::INFINITY);
     let mut missed = 0.0_f64;
     let mut reached: Option<(f64, Sets)> = None;
@@ -136,7 +138,7 @@ fn total_error(coded: &[Vec<Coded>]) -> f64 {
 
 /// Bits of means, codes and codebooks.
 pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>]) -> f64 {
-    let entry_bits = f64::from(work.options.entry_bits);
+    let entry_bits = f64::from(work.entry_bits());
     let of_table = |c: &Coded| {
         let entries: usize = c.books.iter().map(|b| b.size() * VOXELS).sum();
         let blocks: usize = c.planes.iter().map(|p| p.means.len()).sum();

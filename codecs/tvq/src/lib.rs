@@ -20,6 +20,7 @@ mod overview;
 mod payload;
 mod plan;
 mod records;
+mod scale;
 mod settings;
 mod settle;
 mod sizes;
@@ -50,7 +51,7 @@ const HEADS: &str = "heads";
 static INFO: CodecInfo = CodecInfo {
     id: "tvq",
     summary: "a mean per block, and a sum of codewords: inverse transforms by class and partition",
-    stream_version: 1,
+    stream_version: 2,
     sites: &[Site::Inline, Site::Host],
     fetch_cell: true,
     paper: Some(Paper {

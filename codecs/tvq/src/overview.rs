@@ -28,7 +28,7 @@ pub struct Overview<'a, 'w> {
     pub work: &'a Work<'w>,
     pub trainer: Trainer<'a>,
     /// Means of all blocks in units of sums, by domain and plane.
-    pub means: Vec<Vec<Plane>>,
+    pub means: &'a [Vec<Plane>],
     /// Errors in units of sums.
     pub aim: Aim,
     /// Whether codebooks are chosen one by one by what the aim leaves, where that takes little time.
@@ -56,7 +56,7 @@ struct Beside {
 impl Overview<'_, '_> {
     /// Bits of all means.
     fn mean_bits(&self, shift: u32) -> f64 {
-        let domains = self.work.domains().zip(&self.means);
+        let domains = self.work.domains().zip(self.means);
         domains
             .map(|(domain, planes)| planes.iter().map(|p| mean_bits(p, domain.size, shift)).sum::<f64>())
             .sum()

@@ -31,6 +31,12 @@ const FARTHEST: f64 = 1.5;
 /// dimensions would raise it by 2 ln 2.
 pub const PRICE: f64 = 2.0 * std::f64::consts::LN_2;
 
+/// Bits of an entry as a rule, and where these leave an error that codes cannot mend.
+pub const COARSE: u32 = 8;
+const FINE: u32 = 16;
+/// What finer entries must leave of the error, or of the bits, before all trials are made with them.
+const FINER_GAINS: f64 = 0.97;
+
 /// Budgets that are tried for an error, and how near its logarithm is to come, or else those of two budgets to each other.
 const BUDGETS: usize = 5;
 const CLOSE: f64 = 0.1;
@@ -67,7 +73,7 @@ impl Point {
 
 /// Bits of header, tables, codebooks and heads of bricks.
 pub fn fixed_bits(work: &Work<'_>, books: u32, codewords: f64) -> f64 {
-    let entries = codewords * VOXELS as f64 * f64::from(work.options.entry_bits);
+    let entries = codewords * VOXELS as f64 * f64::from(work.entry_bits());
     work.overhead(books) + entries + bricks(work) * f64::from(32 * HEAD_WORDS)
 }
 
@@ -102,9 +108,11 @@ pub struct Plan {
     pub point: Point,
     /// Codewords of each codebook; none, where codebooks are added as long as they pay.
     pub sizes: Vec<usize>,
+    /// Bits of an entry.
+    pub entry_bits: u32,
 }
 
-/// Bits of a code and the error at which a bit pays, such that the target is met.
+/// Bits of a code and of an entry and the error at which a bit pays, such that the target is met.
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
@@ -115,41 +123,89 @@ pub fn plan(work: &Work<'_>) -> Result<Plan, EncodeError> {
     let coder = work.coder(&[], 0, 0.0);
     let means = domains.iter().map(|domain| coder.code(work.source, domain, work.run));
     let means = means.collect::<Result<Vec<_>, _>>()?;
+    let of = |trial: Trial, entry_bits| Plan { point: trial.point, sizes: trial.sizes, entry_bits };
+    if let Some(bits) = work.options.entry_bits {
+        return Ok(of(search(&mut overview(work, &sample, &means))?, bits));
+    }
+    let coarse = work.with_entry_bits(COARSE);
+    let found = search(&mut overview(&coarse, &sample, &means))?;
+    let fine = work.with_entry_bits(FINE);
+    let finer = finer(&mut overview(&fine, &sample, &means), &found)?;
+    Ok(finer.map_or_else(|| of(found, COARSE), |trial| of(trial, FINE)))
+}
+
+/// The best trial with fine entries, if it leaves enough less than one with coarse entries. Fewer codewords are as dear, so
+/// that the width below is tried beside the one that suits the coarse.
+fn finer(overview: &mut Overview<'_, '_>, found: &Trial) -> Result<Option<Trial>, EncodeError> {
+    let asked = overview.aim;
+    // Few blocks are led to an error by rates: see `of_error`.
+    if overview.by_aim && matches!(asked, Aim::Error(_)) {
+        overview.aim = Aim::Bits(found.settled.sum.bits);
+    }
+    let aim = overview.aim;
+    let order = |a: &Trial, b: &Trial| aim.order(a.settled.sum, b.settled.sum);
+    let width = found.point.width;
+    let widths =
+        if overview.work.options.index_bits > 0 || width < 2 { width..=width } else { width - 1..=width };
+    let tried = widths.map(|width| overview.trial(Point { width, ..found.point }));
+    let best = tried.collect::<Result<Vec<_>, _>>()?.into_iter().min_by(order);
+    let pays = |trial: &Trial| {
+        let [is, was] = [trial.settled.sum, found.settled.sum].map(|sum| (aim.met(sum), aim.left(sum)));
+        is.0 == was.0 && is.1 < FINER_GAINS * was.1
+    };
+    let Some(best) = best.filter(pays) else { return Ok(None) };
+    let again = overview.find(best.point, ANEW)?;
+    overview.aim = asked;
+    if aim != asked {
+        let point = Point { error: again.point.error, ..best.point };
+        let Aim::Error(most) = asked else { return Ok(None) };
+        return of_error(overview, point, Widths::Near, most);
+    }
+    Ok([best, again].into_iter().min_by(order))
+}
+
+/// What trials need.
+fn overview<'a, 'w>(work: &'a Work<'w>, sample: &'a Sample, means: &'a [Vec<Plane>]) -> Overview<'a, 'w> {
     let unit = work.unit().powi(2);
     let aim = match work.aim() {
         Aim::Error(error) => Aim::Error(error / unit),
         bits @ Aim::Bits(_) => bits,
     };
-    let mut trainer = Trainer::new(&sample, work.training(true));
+    let mut trainer = Trainer::new(sample, work.training(true));
     trainer.copies = work.tables();
     trainer.most_bits = aim.most_bits();
     let blocks = work.blocks() / work.tables();
-    let mut overview = Overview { work, trainer, means, aim, by_aim: blocks <= SOME };
+    Overview { work, trainer, means, aim, by_aim: blocks <= SOME }
+}
+
+/// The trial that meets the aim best.
+fn search(overview: &mut Overview<'_, '_>) -> Result<Trial, EncodeError> {
+    let (work, aim) = (overview.work, overview.aim);
+    let blocks = work.blocks() / work.tables();
     let error = match work.options.target {
         Target::Psnr(psnr) => (work.error_of(psnr) / work.samples()).sqrt() / work.unit(),
         _ => 0.0126 * work.span / work.unit(),
     };
     let error = error.max(LEAST_ERROR);
-    let of = |trial: Trial| Plan { point: trial.point, sizes: trial.sizes };
     let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6);
     let given = work.options.index_bits;
     if overview.by_aim {
         let (begin, widths) = if given > 0 { (given, Widths::Given) } else { (first + 2, Widths::All) };
         let begin = Point { width: begin, error };
         let found = match aim {
-            Aim::Bits(_) => Some(best_width(&overview, begin, widths)?),
-            Aim::Error(most) => of_error(&mut overview, begin, widths, most)?,
+            Aim::Bits(_) => Some(best_width(overview, begin, widths)?),
+            Aim::Error(most) => of_error(overview, begin, widths, most)?,
         };
         if let Some(trial) = found {
-            return Ok(of(trial));
+            return Ok(trial);
         }
         overview.aim = aim;
         overview.by_aim = false;
     }
     if given > 0 {
-        return Ok(of(overview.find(Point { width: given, error }, TRIALS)?));
+        return overview.find(Point { width: given, error }, TRIALS);
     }
-    let widest = widest(&overview);
+    let widest = widest(overview);
     let first = first.min(widest);
     let begun = overview.find(Point { width: first, error }, TRIALS)?;
     let mut trials = vec![begun.clone()];
@@ -162,7 +218,7 @@ pub fn plan(work: &Work<'_>) -> Result<Plan, EncodeError> {
     }
     let best = widest_of(overview.good(trials)).unwrap_or(begun);
     let anew = !few && best.point.width.abs_diff(first) > 1;
-    Ok(of(if anew { overview.find(best.point, TRIALS)? } else { best }))
+    if anew { overview.find(best.point, TRIALS) } else { Ok(best) }
 }
 
 /// Of trials about as good as each other the widest: fewer codes are fewer fetches.

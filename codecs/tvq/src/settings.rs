@@ -78,9 +78,9 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "entry_bits",
-        doc: "bits of one value of a codeword",
-        kind: SettingKind::OneOf(&[8, 16]),
-        default: "8",
+        doc: "bits of one value of a codeword; 0 = 8, or under variable 16 where they leave less at the same rate",
+        kind: SettingKind::OneOf(&[0, 8, 16]),
+        default: "0",
     },
     Setting {
         name: "init",
@@ -151,7 +151,8 @@ pub struct Options {
     /// In voxels; 0 = none.
     pub subvolume: u32,
     pub per_frame: bool,
-    pub entry_bits: u32,
+    /// `None` where the encoder chooses.
+    pub entry_bits: Option<u32>,
     pub initial: Initial,
     pub training_blocks: u64,
     pub iterations: u32,
@@ -189,7 +190,7 @@ impl Options {
             threshold: settings.float("threshold")?,
             subvolume: settings.text("subvolume")?.parse().unwrap_or(0),
             per_frame: settings.text("tables")? == "per-frame",
-            entry_bits: integer("entry_bits")?,
+            entry_bits: Some(integer("entry_bits")?).filter(|bits| *bits > 0),
             initial: Initial::named(settings.text("init")?).ok_or_else(|| incomplete("init"))?,
             training_blocks: u64::from(integer("training_blocks")?),
             iterations: integer("iterations")?,

@@ -21,6 +21,9 @@ const TRIED: [f64; 3] = [1.6, 1.1, 1.0];
 const TRIED_CONFINED: [f64; 3] = [1.0, 1.1, 1.35];
 /// With no more blocks than this every number is tried, which takes seconds, with a target or without.
 const FEW_BLOCKS: f64 = 32768.0;
+/// And at a rate two codebooks of which the first has such shares of the codewords: where large codebooks know most blocks by
+/// heart, curves do not tell which share serves best.
+const SHARES: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 0.65, 0.8];
 /// Codewords for which the settings' blocks are enough to train on. Where there are fewer for each codeword, blocks that
 /// trained do far better than others.
 const ENOUGH_FOR: f64 = 1024.0;
@@ -47,6 +50,15 @@ pub struct Plan {
 pub struct Sizes {
     pub books: [usize; 3],
     pub expected: f64,
+}
+
+/// How codewords are shared out among codebooks.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// Among so many codebooks, such that least is expected to be left.
+    Best(usize),
+    /// Between two, of which the first has this share.
+    Split(f64),
 }
 
 /// One size of a codebook.
@@ -139,7 +151,7 @@ impl Plan {
 
     /// Sizes that the codebook of a partition may have, smallest first.
     fn choices(&self, work: &Work<'_>, partition: usize) -> Vec<Choice> {
-        let book_bits = (VOXELS as u32 * work.options.entry_bits) as f64 * work.tables();
+        let book_bits = codeword_bits(work);
         let widths = WIDTHS.filter(|w| *w <= self.widest);
         let sizes = widths.flat_map(|w| [9, 10, 12, 14, 16].map(|parts| parts << (w - 4)));
         let of_size = |size: usize| {
@@ -149,27 +161,55 @@ impl Plan {
         std::iter::once(1).chain(sizes).map(of_size).collect()
     }
 
-    /// The sizes of `count` codebooks of which least is expected to be left, within `budget` for all codes and
-    /// codebooks, and with `with_means` the means; no codebook where not even the smallest are within it.
-    pub fn sizes(&self, work: &Work<'_>, budget: f64, with_means: bool, count: usize) -> Sizes {
+    /// The sizes of codebooks of some shape within `budget` for all codes and codebooks, and with `with_means` the means; no
+    /// codebook where not even the smallest are within it.
+    pub fn sizes(&self, work: &Work<'_>, budget: f64, with_means: bool, shape: Shape) -> Sizes {
         if let Some(books) = given(work) {
             return Sizes { books, expected: self.expected(work, books) };
         }
         let mut choices = [0, 1, 2].map(|p| self.choices(work, p));
-        for (p, choices) in choices.iter_mut().enumerate() {
-            // The first choice is no codebook.
-            choices.retain(|c| {
-                (c.size > 1) == (p < count) && (count == 3 || c.size as f64 * work.blocks() <= MOST_PAIRS)
-            });
+        if let Shape::Best(count) = shape {
+            for (p, choices) in choices.iter_mut().enumerate() {
+                // The first choice is no codebook.
+                choices.retain(|c| {
+                    (c.size > 1) == (p < count) && (count == 3 || c.size as f64 * work.blocks() <= MOST_PAIRS)
+                });
+            }
         }
         let mut found = Sizes { books: [1; 3], expected: self.expected(work, [1; 3]) };
         for _ in 0..3 {
             let means = if with_means { self.mean_bits(work.mean_shift(found.expected)) } else { 0.0 };
-            let mut books = best(&choices, budget - means).unwrap_or([1; 3]);
+            let mut books = match shape {
+                Shape::Best(_) => best(&choices, budget - means).unwrap_or([1; 3]),
+                Shape::Split(share) => self.split(work, share, budget - means),
+            };
             self.fill(work, &mut books, budget - means);
             found = Sizes { books, expected: self.expected(work, books) };
         }
         found
+    }
+
+    /// The most codewords of two codebooks within `budget` of which the first has a share.
+    fn split(&self, work: &Work<'_>, share: f64, budget: f64) -> [usize; 3] {
+        let most = 1 << self.widest;
+        let of = |all: usize| {
+            let first = ((all as f64 * share).round() as usize).clamp(1, most);
+            [first, (all - first).clamp(1, most), 1]
+        };
+        // The least number beyond the budget: bits grow with codewords.
+        let (mut within, mut beyond) = (2, 2 * most + 1);
+        while beyond - within > 1 {
+            let middle = usize::midpoint(within, beyond);
+            *(if self.bits(work, &of(middle)) <= budget { &mut within } else { &mut beyond }) = middle;
+        }
+        of(within)
+    }
+
+    /// Bits of codebooks and of all their codes.
+    fn bits(&self, work: &Work<'_>, books: &[usize; 3]) -> f64 {
+        let book_bits = codeword_bits(work);
+        let of_book = |size: &usize| work.blocks() * f64::from(width(*size)) + book_bits * *size as f64;
+        books.iter().map(of_book).sum()
     }
 
     /// Three codes of 8 bits, as in the paper, where there are blocks enough to pay for their codebooks.
@@ -180,32 +220,41 @@ impl Plan {
     }
 
     /// How many codebooks are worth a try within a budget. What is expected of few large ones is less sure.
-    pub fn counts(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Vec<usize> {
+    pub fn counts(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Vec<Shape> {
         if given(work).is_some() {
-            return vec![3];
+            return vec![Shape::Best(3)];
         }
-        let expected = [1, 2, 3].map(|count| self.sizes(work, budget, with_means, count).expected);
+        let shapes = [1, 2, 3].map(Shape::Best);
+        let expected = shapes.map(|shape| self.sizes(work, budget, with_means, shape).expected);
         let least = expected.iter().copied().fold(f64::INFINITY, f64::min);
         let tried = if work.options.confined { TRIED_CONFINED } else { TRIED };
-        let worth =
-            |count: &usize| work.blocks() <= FEW_BLOCKS || expected[count - 1] <= least * tried[count - 1];
-        (1..4).filter(worth).collect()
+        let worth = |i: usize| work.blocks() <= FEW_BLOCKS || expected[i] <= least * tried[i];
+        (0..3).filter(|i| worth(*i)).map(|i| shapes[i]).collect()
+    }
+
+    /// The same at a rate.
+    pub fn shapes(&self, work: &Work<'_>, budget: f64) -> Vec<Shape> {
+        let mut shapes = self.counts(work, budget, true);
+        if shapes.len() > 1 && work.blocks() <= FEW_BLOCKS && !work.options.confined {
+            shapes.extend(SHARES.map(Shape::Split));
+        }
+        shapes
     }
 
     /// Spends what is left of a budget on codewords that take no further bit of a code, most where there are most.
     fn fill(&self, work: &Work<'_>, books: &mut [usize; 3], budget: f64) {
-        let book_bits = (VOXELS as u32 * work.options.entry_bits) as f64 * work.tables();
-        let bits = |books: &[usize; 3]| {
-            let of_book = |size: &usize| work.blocks() * f64::from(width(*size)) + book_bits * *size as f64;
-            books.iter().map(of_book).sum::<f64>()
-        };
         let mut order = [0, 1, 2];
         order.sort_by_key(|p| std::cmp::Reverse(books[*p]));
         for p in order.into_iter().filter(|p| books[*p] > 1).collect::<Vec<_>>() {
-            let spare = ((budget - bits(books)) / book_bits).max(0.0) as usize;
+            let spare = ((budget - self.bits(work, books)) / codeword_bits(work)).max(0.0) as usize;
             books[p] += spare.min((1 << width(books[p])) - books[p]);
         }
     }
+}
+
+/// Bits of a codeword in all tables.
+fn codeword_bits(work: &Work<'_>) -> f64 {
+    f64::from(VOXELS as u32 * work.entry_bits()) * work.tables()
 }
 
 /// Bits of a code of so many codewords.

@@ -1,6 +1,7 @@
 //! Tables: how the blocks of one sub-volume are to be read, in words.
 
 use crate::geometry::{BOOK_WORDS, Geometry, Payload, TABLE_HEAD, VALUE_BITS, VOXELS};
+use crate::scale::Scale;
 
 /// The partitions, in the order in which their codebooks stand; the mean is stage 0.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -27,8 +28,8 @@ pub struct BookForm {
     pub size: u32,
     /// Bits of a code; 0 where there is one codeword, the zero vector.
     pub width: u32,
-    /// Entries count 2^shift.
-    pub shift: u32,
+    /// What entries count.
+    pub scale: Scale,
     /// Partition that it belongs to.
     pub partition: Partition,
 }
@@ -56,7 +57,7 @@ impl Table {
     pub fn words(&self) -> Vec<u32> {
         let mut words = vec![self.mean_shift, self.width, self.mean_base, self.start, self.channel_words];
         for book in &self.books {
-            let form = book.width | book.shift << 8 | (book.partition as u32) << 16;
+            let form = book.width | book.scale.form() | (book.partition as u32) << 16;
             words.extend([book.first, book.size, form]);
         }
         words
@@ -93,16 +94,15 @@ impl Table {
 
     fn read_book(words: &[u32], entry_bits: u32, entries: u64) -> Result<BookForm, String> {
         let [first, size, form] = *words else { return Err("a codebook is cut".to_owned()) };
-        let (width, shift) = (form & 31, (form >> 8) & 31);
+        let (width, scale) = (form & 31, Scale::of_form(form));
         let partition = Partition::ALL.into_iter().find(|p| *p as u32 == form >> 16);
-        let most_shift = 26 - VALUE_BITS - if entry_bits == 16 { 7 } else { 0 };
         let end = u64::from(first) + u64::from(size) * VOXELS as u64;
         // Codewords are counted from the first of all codebooks.
         let whole = first % VOXELS as u32 == 0;
-        let fits = whole && form & 0xe0e0 == 0 && width <= 16 && shift <= most_shift && size <= 1 << 16;
+        let fits = whole && form & 0xe0 == 0 && width <= 16 && scale.fits(entry_bits) && size <= 1 << 16;
         match partition {
             Some(partition) if fits && end <= entries => {
-                Ok(BookForm { first, size, width, shift, partition })
+                Ok(BookForm { first, size, width, scale, partition })
             }
             _ => Err(format!("a codebook of {size} codewords from entry {first} on, of the form {form:#x}")),
         }

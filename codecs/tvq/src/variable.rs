@@ -12,7 +12,8 @@ use crate::encode::{Coded, Sets, Work, Written, forms};
 use crate::geometry::{EDGE, Geometry, Parameters, Payload, VALUE_BITS, block_grid};
 use crate::grow::Growth;
 use crate::payload::variable_frame;
-use crate::plan::{LEAST_ERROR, Plan, SOME, plan};
+use crate::plan::{LEAST_ERROR, Plan, SOME};
+use crate::scale::Scale;
 use crate::settings::Target;
 use crate::settle::{Aim, Settled, Sum, best_counts, settle};
 use crate::table::{BookForm, Partition, Table};
@@ -34,8 +35,7 @@ pub type Kept = Vec<Vec<Vec<Vec<u8>>>>;
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
-pub fn encode(work: &Work<'_>) -> Result<(Sets, Kept), EncodeError> {
-    let mut plan = plan(work)?;
+pub fn encode(work: &Work<'_>, mut plan: Plan) -> Result<(Sets, Kept), EncodeError> {
     let aim = work.aim();
     let some = work.blocks() / work.tables() <= SOME;
     let (tries, near) = if some { (2 * TRIES, OFF_OF_SOME) } else { (TRIES, OFF) };
@@ -162,7 +162,7 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
             subvolume: work.options.subvolume,
             offset: work.quantiser.offset(),
             step: work.quantiser.step(),
-            entry_bits: work.options.entry_bits,
+            entry_bits: work.entry_bits(),
             books,
             tables: work.sets.len() as u32,
             entries: vec![0; work.sets.len()],
@@ -176,7 +176,8 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
         let mut first = 0;
         let of_table = |c: &Coded| {
             let mut forms = forms(&c.books, &mut first, false);
-            let none = BookForm { first: 0, size: 0, width: 0, shift: 0, partition: Partition::High };
+            let none =
+                BookForm { first: 0, size: 0, width: 0, scale: Scale::ONE, partition: Partition::High };
             forms.resize(books as usize, none);
             let width = width(c) as u32;
             Table { mean_shift: c.mean_shift, width, mean_base: 0, start: 0, channel_words: 0, books: forms }

@@ -33,17 +33,16 @@ fn reaches(name: &str, volume: &FiniteVolume, payload: &str, rate: &str, least: 
     assert!(bits <= rate.parse().unwrap(), "{name} {payload}: {bits} bits per sample of {rate}");
 }
 
+/// Against HVQ and, with a quarter of the bits less, KLT and k-means of the peers.
 #[test]
 fn flat_blocks_cost_little_under_variable() {
     let Some(folder) = folder() else { return };
-    for (name, [hvq_rate, klt_rate], [hvq, klt]) in [
-        ("bonsai", ["0.3925", "0.5193"], [35.478, 35.906]),
-        ("lidc_chest", ["0.4172", "0.5485"], [30.033, 30.725]),
-    ] {
+    for (name, rate, [hvq, klt]) in
+        [("bonsai", "0.3925", [35.478, 35.906]), ("lidc_chest", "0.4172", [30.033, 30.725])]
+    {
         let volume = volume_of(&folder, name);
-        reaches(name, &volume, "fixed", hvq_rate, hvq);
-        reaches(name, &volume, "variable", hvq_rate, hvq + 2.0);
-        reaches(name, &volume, "variable", klt_rate, klt + 1.0);
+        reaches(name, &volume, "fixed", rate, hvq);
+        reaches(name, &volume, "variable", rate, f64::max(hvq + 2.0, klt + 1.0));
     }
 }
 
@@ -72,4 +71,6 @@ fn few_blocks_have_codebooks_of_sizes_that_fit() {
     let (fixed, _) = measured(&volume, "fixed", "1");
     reaches("pcasl", &volume, "variable", "1", fixed + 2.0);
     reaches("pcasl", &volume, "variable", "0.65", 36.0);
+    // What HVQ with 256 and 1024 codewords reaches.
+    reaches("pcasl", &volume, "fixed", "1.1949", 49.07);
 }

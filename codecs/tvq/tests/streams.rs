@@ -12,7 +12,7 @@ use cvr_tvq::Tvq;
 
 const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
-const KEPT: [Kept<4>; 2] = [
+const KEPT: [Kept<4>; 4] = [
     Kept {
         name: "v1-f32-fixed",
         version: 1,
@@ -26,6 +26,22 @@ const KEPT: [Kept<4>; 2] = [
         made: || {
             let pairs =
                 [("payload", "variable"), ("tables", "per-frame"), ("index_bits", "4"), ("rate", "10")];
+            made(SampleType::I16, 3, 2, &pairs)
+        },
+    },
+    // Scales of entries have a fraction.
+    Kept {
+        name: "v2-f32-fixed",
+        version: 2,
+        crc32c: [0xdc37_de8b, 0xb436_e6a7, 0x48c6_bd7c, 0xee00_328f],
+        made: || made(SampleType::F32, 1, 1, &[("index_bits", "5"), ("codevectors", "partition")]),
+    },
+    Kept {
+        name: "v2-rgb-variable",
+        version: 2,
+        crc32c: [0x353a_cd4f, 0xab70_d142, 0xda6d_68d0, 0x3906_3110],
+        made: || {
+            let pairs = [("payload", "variable"), ("entry_bits", "8"), ("index_bits", "4"), ("rate", "6")];
             made(SampleType::I16, 3, 2, &pairs)
         },
     },
