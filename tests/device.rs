@@ -23,6 +23,7 @@ mod device {
     mod ring;
     mod runs;
     mod scenes;
+    mod seams;
     mod skipping;
     mod slicing;
     mod splitting;
