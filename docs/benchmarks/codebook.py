@@ -2,13 +2,14 @@
 
     pip install faiss-cpu numpy
     cargo build --release -p cvr-codebook --example train
-    CVR_DATA=folder python docs/benchmarks/codebook.py [THREADS] [CODEWORDS ...]
+    CVR_DATA=folder [GAIN=1e-3] python docs/benchmarks/codebook.py [THREADS] [CODEWORDS ...]
 
 For each volume and block: at most 65536 blocks drawn by chance are the training set of both. FAISS takes its default
 of 25 rounds from random vectors, ours begins with PCA splits; FAISS keeps single-precision codewords, ours has 8 bits
 per value. Each codebook then codes *all* blocks (nearest codeword by faiss.IndexFlatL2 for both); the table gives
 their mean squared error, and PSNR over max - min, unrounded. Seconds are of training alone, the median of five runs
-taken in turn (one run with 4096 codewords): CPU seconds on one thread, wall-clock seconds on more.
+taken in turn (one run with 4096 codewords): CPU seconds on one thread, wall-clock seconds on more. Ours ends with the
+round that gains less than GAIN of the error.
 """
 import gzip
 import json
@@ -22,6 +23,7 @@ import zlib
 
 THREADS = int(sys.argv[1]) if len(sys.argv) > 1 else 1
 SIZES = [int(a) for a in sys.argv[2:]] or [256, 4096]
+GAIN = os.environ.get("GAIN", "1e-3")
 os.environ["OMP_NUM_THREADS"] = str(THREADS)
 import faiss
 import numpy as np
@@ -119,7 +121,7 @@ def faiss_means(vectors, size):
 def ours(vectors, size, kind, folder):
     source, out = os.path.join(folder, "vectors.f32"), os.path.join(folder, "codewords.f32")
     vectors.astype("<f4").tofile(source)
-    told = subprocess.run([TRAIN, source, out, str(vectors.shape[1]), str(size), "8", "1e-3", "50", kind], check=True,
+    told = subprocess.run([TRAIN, source, out, str(vectors.shape[1]), str(size), "8", GAIN, "50", kind], check=True,
                           capture_output=True, text=True, env={**os.environ, "RAYON_NUM_THREADS": str(THREADS)}).stdout
     told = json.loads(told)
     seconds = told["cpu_s"] if THREADS == 1 else told["wall_s"]

@@ -6,10 +6,11 @@ use serde_json::json;
 use crate::blocks::Sample;
 use crate::books::Book;
 use crate::encode::{Coded, Sets, Work, Written, forms};
+use crate::expected::training_blocks;
 use crate::geometry::VOXELS;
 use crate::payload::{fixed_frame, fixed_words, mean_width};
 use crate::settings::{CODE_BITS, Target};
-use crate::sizes::{Plan, Shape, Sizes, given, training_blocks};
+use crate::sizes::{Plan, Shape, Sizes, given};
 use crate::table::{Partition, Table};
 use crate::train::Trainer;
 

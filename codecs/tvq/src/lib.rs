@@ -13,6 +13,7 @@ mod code;
 pub mod decode;
 mod decoder;
 mod encode;
+mod expected;
 mod fixed;
 mod geometry;
 mod grow;

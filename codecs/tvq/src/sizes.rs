@@ -3,16 +3,12 @@
 use cvr_core::codec::EncodeError;
 use rayon::prelude::*;
 
-use crate::blocks::{Domain, Sample};
+use crate::blocks::Domain;
 use crate::encode::Work;
+use crate::expected::{Expected, Left};
 use crate::geometry::VOXELS;
 use crate::settings::CODE_BITS;
-use crate::train::{Curve, Curves, Trainer};
 
-/// Widths at which training curves are measured.
-const MEASURED: [u32; 4] = [3, 5, 7, 9];
-/// Blocks on which they are measured.
-const OVERVIEW: u64 = 12288;
 /// Widths of a code that a stream may have beside none.
 const WIDTHS: std::ops::RangeInclusive<u32> = 4..=16;
 /// Numbers of codebooks are tried of which at most so many times the least error is expected: one, two and three.
@@ -24,20 +20,13 @@ const FEW_BLOCKS: f64 = 32768.0;
 /// And at a rate two codebooks of which the first has such shares of the codewords: where large codebooks know most blocks by
 /// heart, curves do not tell which share serves best.
 const SHARES: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 0.65, 0.8];
-/// Codewords for which the settings' blocks are enough to train on. Where there are fewer for each codeword, blocks that
-/// trained do far better than others.
-const ENOUGH_FOR: f64 = 1024.0;
-/// How many times the settings' blocks train at most.
-const MOST_TRAINING: f64 = 2.5;
 /// Most blocks times codewords of one of fewer than three codebooks: more would train for minutes.
 const MOST_PAIRS: f64 = (1_u64 << 31) as f64;
 
 /// What is to be expected of codebooks.
 #[derive(Debug)]
 pub struct Plan {
-    curves: Curves,
-    /// Widths at which they were measured.
-    measured: Vec<u32>,
+    expected: Expected,
     /// Smallest and largest mean of each domain, in units of sums, and its blocks.
     means: Vec<(f64, f64, f64)>,
     /// Most bits of a code that there are blocks for.
@@ -70,67 +59,15 @@ struct Choice {
     left: Left,
 }
 
-/// Logarithms of the parts of the error that a codebook leaves: alone, and behind others that have left `before`.
-#[derive(Copy, Clone, Debug)]
-struct Left {
-    alone: f64,
-    behind: f64,
-    before: f64,
-}
-
-impl Left {
-    /// The logarithm of what is left behind codebooks that have left `before`. The more codewords have taken away, the less
-    /// do further ones find in common.
-    fn after(&self, before: f64) -> f64 {
-        let way = if self.before < 0.0 { (before / self.before).min(1.0) } else { 1.0 };
-        before + self.alone + (self.behind - self.alone) * way
-    }
-}
-
 impl Plan {
     pub fn measure(work: &Work<'_>) -> Result<Self, EncodeError> {
         let domains: Vec<_> = work.domains().cloned().collect();
-        let seed = work.options.seed;
-        let sample = Sample::draw(work.source, &domains, work.quantiser, OVERVIEW, seed, work.run)?;
-        let trainer = Trainer::new(&sample, work.training(true));
-        // What 38 dB leave, to begin with.
-        let expected = 0.0126 * work.span / work.unit();
-        let most = (sample.len() / 3).max(1).ilog2();
-        let measured: Vec<u32> = MEASURED.into_iter().filter(|w| *w <= most).collect();
-        let threshold = work.threshold(expected);
-        let curves = trainer.curves(&measured, work.mean_shift(expected), threshold, work.run)?;
+        let expected = Expected::measure(work, &domains)?;
         let means = domains.iter().map(|d| means(work, d)).collect::<Result<_, _>>()?;
         // Sub-volumes are trained one by one: none has codewords for more blocks than the smallest has.
         let fewest = domains.iter().map(Domain::blocks).min().unwrap_or(1);
         let widest = fewest.max(1).ilog2().clamp(1, *WIDTHS.end());
-        Ok(Self { curves, measured, means, widest })
-    }
-
-    /// The logarithm of the part of the error that so many codewords leave on a curve, between and beyond what was
-    /// measured. Blocks that train a codebook have less left than others, the more so the fewer there are for a codeword:
-    /// what both have left is about as far from what endless blocks would have, and that distance is measured too.
-    fn on(&self, work: &Work<'_>, curve: &Curve, size: usize) -> f64 {
-        if size == 1 {
-            return 0.0;
-        }
-        let measured = || self.measured.iter().map(|w| f64::from(*w)).zip(&curve.left);
-        let middle =
-            along(measured().map(|(w, [own, other])| (w, 0.5 * (own + other))), (size as f64).log2());
-        let apart = measured().map(|(w, [own, other])| (w.exp2() / self.curves.trained, 0.5 * (other - own)));
-        let blocks = work.blocks() / work.tables();
-        let training = training_blocks(work, size).min(blocks);
-        let apart = along(apart, size as f64 / training).max(0.0);
-        let share = training / blocks;
-        middle + (share * (-apart).exp() + (1.0 - share) * apart.exp()).ln()
-    }
-
-    /// What so many codewords leave in a partition, with nothing before them and behind others.
-    fn left(&self, work: &Work<'_>, partition: usize, size: usize) -> Left {
-        let (first, curve) = (&self.curves.of[0], &self.curves.of[partition]);
-        let behind = self.on(work, curve, size);
-        // With nothing before it any codebook does what the first does, if it keeps to no zones.
-        let alone = if work.options.confined { behind } else { self.on(work, first, size) };
-        Left { alone, behind, before: curve.before }
+        Ok(Self { expected, means, widest })
     }
 
     /// Bits of all means.
@@ -142,13 +79,6 @@ impl Plan {
         self.means.iter().map(bits).sum()
     }
 
-    fn expected(&self, work: &Work<'_>, books: [usize; 3]) -> f64 {
-        let left = [0, 1, 2].map(|p| self.left(work, p, books[p]));
-        (self.curves.mean_square * left.into_iter().fold(0.0, |before, left| left.after(before)).exp())
-            .sqrt()
-            .max(0.5)
-    }
-
     /// Sizes that the codebook of a partition may have, smallest first.
     fn choices(&self, work: &Work<'_>, partition: usize) -> Vec<Choice> {
         let book_bits = codeword_bits(work);
@@ -156,7 +86,7 @@ impl Plan {
         let sizes = widths.flat_map(|w| [9, 10, 12, 14, 16].map(|parts| parts << (w - 4)));
         let of_size = |size: usize| {
             let bits = work.blocks() * f64::from(width(size)) + book_bits * size as f64;
-            Choice { size, bits, left: self.left(work, partition, size) }
+            Choice { size, bits, left: self.expected.left(work, partition, size) }
         };
         std::iter::once(1).chain(sizes).map(of_size).collect()
     }
@@ -165,7 +95,7 @@ impl Plan {
     /// codebook where not even the smallest are within it.
     pub fn sizes(&self, work: &Work<'_>, budget: f64, with_means: bool, shape: Shape) -> Sizes {
         if let Some(books) = given(work) {
-            return Sizes { books, expected: self.expected(work, books) };
+            return Sizes { books, expected: self.expected.of(work, books) };
         }
         let mut choices = [0, 1, 2].map(|p| self.choices(work, p));
         if let Shape::Best(count) = shape {
@@ -176,7 +106,7 @@ impl Plan {
                 });
             }
         }
-        let mut found = Sizes { books: [1; 3], expected: self.expected(work, [1; 3]) };
+        let mut found = Sizes { books: [1; 3], expected: self.expected.of(work, [1; 3]) };
         for _ in 0..3 {
             let means = if with_means { self.mean_bits(work.mean_shift(found.expected)) } else { 0.0 };
             let mut books = match shape {
@@ -184,7 +114,7 @@ impl Plan {
                 Shape::Split(share) => self.split(work, share, budget - means),
             };
             self.fill(work, &mut books, budget - means);
-            found = Sizes { books, expected: self.expected(work, books) };
+            found = Sizes { books, expected: self.expected.of(work, books) };
         }
         found
     }
@@ -216,7 +146,7 @@ impl Plan {
     pub fn three_of_eight_bits(&self, work: &Work<'_>) -> Option<Sizes> {
         let books = [1 << (CODE_BITS / 3); 3];
         let many = given(work).is_none() && work.blocks() / work.tables() > FEW_BLOCKS;
-        many.then(|| Sizes { books, expected: self.expected(work, books) })
+        many.then(|| Sizes { books, expected: self.expected.of(work, books) })
     }
 
     /// How many codebooks are worth a try within a budget. What is expected of few large ones is less sure.
@@ -282,19 +212,6 @@ fn means(work: &Work<'_>, domain: &Domain) -> Result<(f64, f64, f64), EncodeErro
     Ok((low.min(high), high, domain.blocks() as f64))
 }
 
-/// The value at `x` on the line through the origin and some points in the order of their places, straight beyond the last.
-fn along(points: impl Iterator<Item = (f64, f64)>, x: f64) -> f64 {
-    let points: Vec<(f64, f64)> = std::iter::once((0.0, 0.0)).chain(points).collect();
-    let after = points.iter().position(|p| p.0 >= x).unwrap_or(points.len() - 1).max(1);
-    let (Some(a), Some(b)) = (points.get(after - 1), points.get(after)) else { return 0.0 };
-    a.1 + (b.1 - a.1) * (x - a.0) / (b.0 - a.0)
-}
-
-/// Blocks that train a table whose largest codebook has so many codewords.
-pub fn training_blocks(work: &Work<'_>, size: usize) -> f64 {
-    (work.options.training_blocks as f64 * (size as f64 / ENOUGH_FOR).clamp(1.0, MOST_TRAINING)).floor()
-}
-
 /// Sizes that the settings give.
 pub fn given(work: &Work<'_>) -> Option<[usize; 3]> {
     let of_width = (work.options.index_bits > 0).then(|| [1 << work.options.index_bits; 3]);
@@ -323,14 +240,6 @@ fn best([low, band, high]: &[Vec<Choice>; 3], budget: f64) -> Option<[usize; 3]>
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_line_through_points_goes_on_beyond_them() {
-        let points = [(2.0, 4.0), (4.0, 5.0)];
-        let at = |x| along(points.into_iter(), x);
-        assert_eq!([0.0, 1.0, 2.0, 3.0, 6.0].map(at), [0.0, 2.0, 4.0, 4.5, 6.0]);
-        assert_eq!(along(std::iter::empty(), 3.0), 0.0);
-    }
-
     /// Choices of 1, 2, 4, … codewords of which each bit leaves the same part.
     fn choices(part: f64, behind: f64) -> Vec<Choice> {
         let choice = |w: u32| {
@@ -357,14 +266,5 @@ mod tests {
             assert!(bits(sizes(budget)) <= budget);
         }
         assert!(best(&all, 0.2).is_none(), "three codewords take more");
-    }
-
-    #[test]
-    fn codebooks_do_less_behind_others() {
-        let left = Left { alone: -1.0, behind: -0.5, before: -2.0 };
-        assert_eq!(
-            [0.0, -1.0, -2.0, -3.0].map(|before| left.after(before) - before),
-            [-1.0, -0.75, -0.5, -0.5]
-        );
     }
 }
