@@ -11,10 +11,11 @@
 //! with a tab between: `ran` and the adapter, `skipped` and the test, `lacking` and the test with what the device lacks.
 //! The test script ends by printing what the file says.
 
+use std::cell::RefCell;
 use std::fmt::Display;
 use std::io::Write;
 use std::str::FromStr;
-use std::sync::OnceLock;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use crate::{Backend, Device, DeviceChoice};
 
@@ -59,7 +60,25 @@ impl Switch {
     }
 }
 
+/// A context of GL belongs to one thread at a time, and wgpu panics in a thread that waits for it for six seconds, which
+/// another one needs to compile a large shader. So tests on GL wait for each other before they begin.
+static TURN: Mutex<()> = Mutex::new(());
+
+thread_local! {
+    /// Given back when the thread ends, which is when its test does and everything of it is dropped.
+    static HELD: RefCell<Option<MutexGuard<'static, ()>>> = const { RefCell::new(None) };
+}
+
+/// Waits until this thread is the only one on the device, which it then is until it ends.
+fn take_turn() {
+    HELD.with_borrow_mut(|held| {
+        held.get_or_insert_with(|| TURN.lock().unwrap_or_else(PoisonError::into_inner));
+    });
+}
+
 /// The device that the tests of this process share, or `None` where this test is to be skipped.
+///
+/// On GL the test that asks is the only one that has the device until its thread ends.
 ///
 /// # Panics
 /// When `CVR_DEVICE` demands a device and none opens, when it has an unknown value, or when the log cannot be
@@ -68,10 +87,15 @@ pub fn test_device(test_name: &str) -> Option<&'static Device> {
     static SHARED: OnceLock<Result<Device, String>> = OnceLock::new();
     let switch = Switch::of_environment();
     let open = || {
-        SHARED.get_or_init(|| {
+        let shared = SHARED.get_or_init(|| {
             let device = Device::open(&switch.choice()).map_err(|e| e.to_string())?;
             log("ran", device.info());
             Ok(device)
+        });
+        shared.as_ref().inspect(|device| {
+            if device.info().backend == Backend::Gl.name() {
+                take_turn();
+            }
         })
     };
     let reason = match &switch {
@@ -193,6 +217,27 @@ mod tests {
         let text = String::from_utf8_lossy(&unknown.stderr).into_owned();
         assert!(text.contains("CVR_DEVICE=yes: it must be required, vulkan, gl, auto or none"), "{text}");
         assert!(!run_probe("none", &folder.path().join("missing/skipped")).status.success());
+    }
+
+    /// Without turns, threads would meet.
+    #[test]
+    fn threads_take_turns_and_give_them_back() {
+        use std::sync::atomic::{AtomicU32, Ordering};
+        // Where all tests run in one thread, it may have the turn from an earlier one.
+        drop(HELD.take());
+        let (inside, most) = (AtomicU32::new(0), AtomicU32::new(0));
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    take_turn();
+                    take_turn();
+                    most.fetch_max(inside.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
+                    std::thread::sleep(std::time::Duration::from_millis(5));
+                    inside.fetch_sub(1, Ordering::SeqCst);
+                });
+            }
+        });
+        assert_eq!(most.into_inner(), 1);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use cvr_core::codec::Decoder;
+use cvr_core::codec::{DecodedForm, Decoder, TexelFormat};
 use cvr_core::render::{ComputePass, Input, LayerStep, ProxyVertex, RasterPass, Rays, Template};
 use cvr_core::volume::{Axis, FrameIndex, Level};
 
@@ -121,8 +121,10 @@ const BACK: [Template; 3] = [
 #[test]
 fn a_ring_holds_its_layers_whoever_filters() {
     let Some(device) = test_device("drawing::ring") else { return };
-    // Values of nine bits, so that they and their means are the same in a picture of half precision.
-    let toy = Toy { words: (0..9 * 8 * 7).map(|i| i * 211 % 509 * 128).collect(), ..Toy::new([9, 8, 7], 1) };
+    // Values of nine bits in texels of half precision: they and their means are the same in a picture of either precision.
+    let words = (0..9 * 8 * 7).map(|i| i * 211 % 509 * 128).collect();
+    let form = DecodedForm { format: TexelFormat::Float16, scale: 1.0, offset: 0.0 };
+    let toy = Toy { words, form, ..Toy::new([9, 8, 7], 1) };
     let values = toy.values();
     for axis in Axis::ALL {
         let [width, height, layers] = axis.layered(toy.layout.extent.to_array());
