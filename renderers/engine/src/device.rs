@@ -214,6 +214,9 @@ fn choose(choice: &DeviceChoice, infos: &[DeviceInfo]) -> Option<usize> {
 }
 
 /// An open device. Clones share it.
+///
+/// On GL only one thread at a time may use it, also to drop what lies on it: wgpu 30 panics in a thread that has waited for the
+/// context for six seconds, which a large shader takes to compile in another.
 #[derive(Clone, Debug)]
 pub struct Device {
     open: Arc<Open>,

@@ -12,7 +12,8 @@ use crate::raster::blend;
 use crate::slabs::Slabs;
 use crate::{BlockFallback, Capabilities, Device, EngineError, TextureChoice, VolumeTexture};
 
-/// What a device does of all that its driver claims. Takes milliseconds; what a probe cannot even ask for is not there.
+/// What a device does of all that its driver claims. Takes some milliseconds on llvmpipe, a tenth of a second where its one
+/// shader has never been compiled before. What a probe cannot even ask for is not there.
 pub(crate) fn of(claimed: &Device) -> Capabilities {
     let mut found = claimed.capabilities().clone();
     if found.bc_sliced_3d.is_ok() && !decodes_blocks(claimed, &blocks()).unwrap_or(false) {
