@@ -38,11 +38,62 @@ need_rust() {
     fi
 }
 
-# Makes sure that a graphics adapter is found, if need be Mesa's software Vulkan. $1 is a built cvr.
+# Ends with a sentence where CVR_DEVICE is no word that ./run and ./test know. Comes before anything is built.
+check_device_switch() {
+    case "${CVR_DEVICE:-auto}" in
+        required | vulkan | gl | auto | none) ;;
+        *)
+            say "CVR_DEVICE=$CVR_DEVICE: it must be required, vulkan, gl, auto or none."
+            exit 2
+            ;;
+    esac
+}
+
+# Sets what `$1 devices` finds: `vulkan`, `native` (Vulkan, Metal or DX12), `gl`, and `hardware_gl` (one that is not in
+# software), each the name of an adapter, or empty. $1 is a built cvr.
+look_for_adapters() {
+    vulkan='' native='' gl='' hardware_gl=''
+    local backend kind name
+    while IFS=$'\t' read -r _ backend kind name _; do
+        case "$backend" in
+            vulkan) vulkan=$name native=$name ;;
+            metal | dx12) native=$name ;;
+            gl)
+                gl=$name
+                [ "$kind" = cpu ] || hardware_gl=$name
+                ;;
+        esac
+    done < <("$1" devices --tsv 2>/dev/null)
+}
+
+# Makes sure that there is the graphics adapter that CVR_DEVICE wants, and sets what look_for_adapters does. Mesa's software
+# Vulkan is installed where there is nothing, or GL in software, which has gaps; GL on hardware is left as it is.
 need_adapter() {
-    [ "${CVR_DEVICE:-auto}" = none ] && return 0
-    "$1" devices >/dev/null 2>&1 && return 0
-    install_packages mesa-vulkan-drivers libvulkan1 && "$1" devices >/dev/null 2>&1 && return 0
-    say "No graphics adapter is found and none can be installed: the CPU mirror draws instead."
-    return 0
+    local switch="${CVR_DEVICE:-auto}"
+    vulkan='' native='' gl='' hardware_gl=''
+    [ "$switch" = none ] && return 0
+    look_for_adapters "$1"
+    case "$switch" in
+        gl) [ -n "$gl" ] || ! install_packages libegl1 libgl1-mesa-dri || look_for_adapters "$1" ;;
+        vulkan) [ -n "$vulkan" ] || ! install_packages mesa-vulkan-drivers libvulkan1 || look_for_adapters "$1" ;;
+        *)
+            [ -n "$native$hardware_gl" ] || ! install_packages mesa-vulkan-drivers libvulkan1 ||
+                look_for_adapters "$1"
+            ;;
+    esac
+    case "$switch" in
+        gl | vulkan)
+            [ -n "${!switch}" ] && return 0
+            say "CVR_DEVICE=$switch: no such adapter is found, and none can be installed."
+            exit 2
+            ;;
+    esac
+    if [ -z "$native$hardware_gl" ] && [ -n "$gl" ]; then
+        say "Only GL in software is found, and Vulkan cannot be installed: $gl draws through GL."
+    elif [ -z "$native$gl" ] && [ "$switch" = required ]; then
+        say "CVR_DEVICE=required: no graphics adapter is found, and none can be installed."
+        exit 2
+    elif [ -z "$native$gl" ]; then
+        say "No graphics adapter is found, and none can be installed: the CPU mirror draws instead."
+    fi
 }

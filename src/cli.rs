@@ -69,7 +69,7 @@ enum Command {
     /// List named transfer functions.
     Presets,
     /// List graphics adapters; fails where there is none.
-    Devices,
+    Devices(devices::Args),
     /// Print the WGSL that is generated for a codec, with the origin of every part.
     Shader(shader::Args),
 }
@@ -93,7 +93,7 @@ pub fn main() -> ExitCode {
         Command::Codecs => codecs::run(),
         Command::Renderers => Ok(renderers::run()),
         Command::Presets => Ok(presets::run()),
-        Command::Devices => devices::run(),
+        Command::Devices(args) => devices::run(&args),
         Command::Shader(args) => shader::run(&args),
     };
     result.unwrap_or_else(|BadInput(message)| {

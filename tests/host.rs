@@ -27,6 +27,8 @@ mod host {
     mod resume;
     mod scene_combinations;
     mod schema;
+    #[cfg(unix)]
+    mod setup_scripts;
     mod shader_text;
     mod shards;
     mod skipping;

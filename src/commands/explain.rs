@@ -41,8 +41,8 @@ pub struct Args {
     /// Override a key, as scene.step_voxels=1.0 or codec.s3dc.block=8.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// What would draw: auto (the best adapter, or the CPU mirror where there is none), cpu, a part of an adapter's
-    /// name, or #N of `cvr devices`.
+    /// What would draw: auto (the best adapter, or the CPU mirror where there is none), cpu, vulkan, gl
+    /// (the best of that backend), a part of an adapter's name, or #N of `cvr devices`.
     #[arg(long, default_value = "auto", value_name = "auto|cpu|NAME")]
     device: String,
     /// Estimate neither time nor memory: encode and draw nothing.

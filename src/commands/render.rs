@@ -40,7 +40,7 @@ pub struct Args {
     /// The renderer, and settings of it that are not the default, as slicing,geometry=axis; see `cvr renderers`.
     #[arg(long, default_value = "raycasting")]
     renderer: String,
-    /// What draws: auto, cpu, a part of an adapter's name, or #N of `cvr devices`.
+    /// What draws: auto, cpu, vulkan, gl, a part of an adapter's name, or #N of `cvr devices`.
     #[arg(long, default_value = "auto")]
     device: String,
     #[command(flatten)]

@@ -58,8 +58,8 @@ pub struct Args {
     /// Override a key, as scene.step_voxels=1.0, codec.s3dc.block=8 or pipeline.filter='["linear"]'.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// What draws: auto (the best adapter, or the CPU mirror where there is none), cpu, a part of an adapter's
-    /// name, or #N of `cvr devices`.
+    /// What draws: auto (the best adapter, or the CPU mirror where there is none), cpu, vulkan, gl
+    /// (the best of that backend), a part of an adapter's name, or #N of `cvr devices`.
     #[arg(long, default_value = "auto", value_name = "auto|cpu|NAME")]
     device: String,
     /// Print the cells and the refused combinations, and run nothing.

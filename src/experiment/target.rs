@@ -41,8 +41,8 @@ pub enum Target {
 }
 
 impl Target {
-    /// Opens what `--device` names: `cpu`, `auto`, or a part of an adapter's name. `auto` falls back to the
-    /// mirror where no adapter exists.
+    /// Opens what `--device` names: `cpu`, `auto`, a backend (`vulkan`, `gl`), or a part of an adapter's name. `auto`
+    /// falls back to the mirror where no adapter exists.
     ///
     /// # Errors
     /// When a named adapter does not exist, or an existing one does not open.
@@ -213,6 +213,14 @@ pub struct HostVolume {
     pub(super) texture: Option<Arc<VolumeTexture>>,
     /// Why the texture does not hold the codec's blocks, if it has such.
     pub(super) fallback: Option<BlockFallback>,
+}
+
+impl HostVolume {
+    /// Why the texture does not hold the codec's blocks, if it has such: the frame was uploaded as the CPU decodes it.
+    #[must_use]
+    pub const fn fallback(&self) -> Option<BlockFallback> {
+        self.fallback
+    }
 }
 
 /// What is decoded before a picture is drawn.

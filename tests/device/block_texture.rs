@@ -1,38 +1,42 @@
 //! Streams that texture units decode: their voxels against the CPU decoder, their pictures against the mirror, and what a
 //! record says of them.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use cvr::estimate::Trials;
 use cvr::experiment::host::SharedUpload;
+use cvr::experiment::host_texture::HostTexture;
 use cvr::experiment::record::{Record, Status};
-use cvr::experiment::target::Target;
+use cvr::experiment::target::{Decoded, Target, VoxelSource};
+use cvr::input;
 use cvr::registry::Names;
-use cvr_core::codec::{Decoder, Site};
+use cvr_core::codec::{BlockFormat, Decoder, Site};
 use cvr_core::metrics::AgreementRule;
-use cvr_core::render::{DecodedFrame, Filter, Projection, View};
+use cvr_core::render::{DecodedFrame, Filter, Image, Projection, View};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{
     DenseVolume, Extent, FiniteVolume, FrameIndex, Level, SampleType, Samples, VolumeLayout,
 };
-use cvr_engine::testing::test_device;
-use cvr_engine::{Device, DrawSource, VolumeTexture};
+use cvr_engine::testing::{lacking, test_device};
+use cvr_engine::{BlockFallback, Device, DrawSource, VolumeTexture};
+use cvr_raycasting::Raycasting;
 
 use super::mutated::{Mutated, Mutation};
 use super::runs::run;
-use super::scenes::{camera, clipped, draw, mirror, source, textured, view};
+use super::scenes::{camera, clipped, draw, mirror, rule, source, textured, view};
 use super::subjects::{ODD, codec, encoded, noise, settings};
 
 const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
 
-/// A device whose texture units decode BC4, or a line that says that this one has none.
+/// A device whose texture units decode BC4, or a line that says that those of this one do not.
 fn capable(name: &str) -> Option<&'static Device> {
     let device = test_device(name)?;
-    let capable = device.capabilities().bc_sliced_3d;
-    if !capable {
-        println!("skipped {name}: this device has no 3-D textures of BC4");
+    let takes = device.capabilities().blocks(BlockFormat::Bc4, 1);
+    if let Err(reason) = takes {
+        lacking(name, &reason);
     }
-    capable.then_some(device)
+    takes.is_ok().then_some(device)
 }
 
 fn bc4(volume: &FiniteVolume) -> Box<dyn Decoder> {
@@ -166,6 +170,71 @@ fn colours_are_uploaded_as_decoded_and_the_record_says_so() {
     // A codec without blocks has nothing to say.
     let raw = encoded(codec("raw").as_ref(), &settings(&[]), &noise(ODD, SampleType::U8));
     assert_eq!(entered(device, raw.as_ref()).0.notes, None);
+}
+
+/// A frame at the site host as `cvr render` draws it, who filtered it, and why its blocks were not uploaded; and at inline.
+fn host_and_inline(
+    device: &Device,
+    decoder: &dyn Decoder,
+    view: &View,
+) -> (Image, TextureSampling, Option<BlockFallback>, Image) {
+    let target = Target::Device(device.clone());
+    let frame = Arc::new(DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap());
+    let volume = target.upload(decoder, KEY, frame).unwrap();
+    let fallback = volume.fallback();
+    let [host, inline] = [Decoded::Host(volume), Decoded::Inline].map(|decoded| {
+        let source = VoxelSource { codec: "bc4", decoder, frame: KEY.0, level: KEY.1, decoded };
+        let picture = target.picture(&Raycasting, view, &source).unwrap();
+        let hardware = picture.filtering() == "hardware";
+        (picture.image().unwrap(), if hardware { TextureSampling::Hardware } else { TextureSampling::Manual })
+    });
+    (host.0, host.1, fallback, inline.0)
+}
+
+/// Where texture units decode no blocks, the frame is uploaded as the CPU decodes it, and record and estimate say so. A
+/// device that could is asked not to.
+#[test]
+fn without_blocks_the_decoded_frame_is_drawn_and_said() {
+    let Some(device) = test_device("block_texture::fallback") else { return };
+    let device = device.without_block_textures();
+    let decoder = bc4(&textured(ODD, [1.0, 1.5, 0.7], SampleType::U8));
+    for filter in [Filter::Nearest, Filter::Linear] {
+        let view = view(SampleType::U8, [65, 49], filter);
+        let (host, filtering, fallback, inline) = host_and_inline(&device, decoder.as_ref(), &view);
+        assert_eq!(fallback, Some(BlockFallback::NotDecoded));
+        let agreement = rule(filtering).check(&inline, &host).unwrap();
+        assert!(agreement.visible_pixels > 500, "{agreement:?}");
+    }
+    let (record, result) = entered(&device, decoder.as_ref());
+    assert_eq!(result, Ok(()));
+    assert!(record.notes.unwrap().contains("does not decode them: uploaded as decoded by the CPU"));
+    let texture = HostTexture::of(&Target::Device(device), decoder.as_ref(), KEY).unwrap().to_string();
+    assert!(texture.contains("does not decode them"), "{texture}");
+}
+
+/// What this device itself does with two volumes of which pictures were once black.
+#[test]
+fn pictures_at_host_are_those_at_inline_whatever_the_device_does_with_blocks() {
+    let Some(device) = test_device("block_texture::case") else { return };
+    let Some(folder) = std::env::var_os("CVR_DATA").map(PathBuf::from) else {
+        println!("skipped block_texture::case: CVR_DATA names no folder beside which there are cases");
+        return;
+    };
+    for file in ["b.npy", "odd.npy"] {
+        let path = folder.join("../cases/scenes/38-bc4-gl-host").join(file);
+        if !path.exists() {
+            println!("skipped block_texture::case: there is no {}", path.display());
+            continue;
+        }
+        let volume = FiniteVolume::new(input::open(&path).unwrap());
+        let decoder = bc4(&volume);
+        let view =
+            View { value_range: volume.range(), ..view(decoder.layout().sample, [64, 64], Filter::Linear) };
+        let (host, filtering, fallback, inline) = host_and_inline(device, decoder.as_ref(), &view);
+        assert_eq!(fallback, device.capabilities().blocks(BlockFormat::Bc4, 1).err(), "{file}");
+        let agreement = rule(filtering).check(&inline, &host);
+        assert!(agreement.unwrap().visible_pixels > 100, "{file}");
+    }
 }
 
 #[test]

@@ -10,7 +10,7 @@ use cvr_engine::testing::test_device;
 use cvr_raycasting::Raycasting;
 use cvr_slicing::Slicing;
 
-use super::scenes::{camera, draw_by, mirror_by, rule, source, view};
+use super::scenes::{camera, draw_by, mirror_by, rule, source, sums_single, view};
 use super::subjects::{codec, encoded, settings};
 
 /// Soft structures, of another shape in each channel.
@@ -59,6 +59,11 @@ pub fn views(sample: SampleType, volume: &FiniteVolume) -> Vec<View> {
 #[test]
 fn colours_agree_with_the_mirror_whatever_decides_their_opacity() {
     let Some(device) = test_device("colour::agrees") else { return };
+    let slicing = Slicing::default();
+    let mut renderers: Vec<&dyn Renderer> = vec![&Raycasting];
+    if sums_single(device, "colour::agrees, by slices") {
+        renderers.push(&slicing);
+    }
     let mut breaches = Vec::new();
     for (id, pairs, sample) in [
         ("raw", &[][..], SampleType::U8),
@@ -71,7 +76,7 @@ fn colours_agree_with_the_mirror_whatever_decides_their_opacity() {
         for site in [Site::Inline, Site::Deferred, Site::Host] {
             let source = source(device, site, id, decoder.as_ref());
             for view in views(sample, &volume) {
-                for renderer in [&Raycasting as &dyn Renderer, &Slicing::default()] {
+                for &renderer in &renderers {
                     let (picture, drawing) = draw_by(device, renderer, &view, &source);
                     let expected = mirror_by(renderer, &view, decoder.as_ref());
                     let name = format!("{id} {sample} {site} {:?}", view.colour_opacity.weights());

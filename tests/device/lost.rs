@@ -11,7 +11,7 @@ use cvr::experiment::target::Target;
 use cvr::experiment::volumes::load;
 use cvr::registry::Names;
 use cvr_core::pipeline::{Capabilities, Document, resolve};
-use cvr_engine::testing::{lose, test_device};
+use cvr_engine::testing::{another_device, lose, test_device};
 
 /// Two volumes of four cells each.
 const CONFIG: &str = r##"
@@ -57,7 +57,7 @@ fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usi
     let experiment = Document::parse("lost.toml", CONFIG).unwrap().experiment(&names.known()).unwrap();
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     let volumes: Vec<_> = experiment.volumes.iter().map(|v| load(v, experiment.seed).unwrap()).collect();
-    let first = Target::open("auto").unwrap();
+    let first = Target::Device(another_device());
     let current = RefCell::new(first.clone());
     let opened = Cell::new(0);
     let run = Run {
@@ -73,7 +73,7 @@ fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usi
                 Then::OnlyTheMirror => return Ok(Target::Cpu { reason: None }),
                 Then::Back => {}
             }
-            let fresh = Target::open("auto").map_err(|e| e.to_string())?;
+            let fresh = Target::Device(another_device());
             *current.borrow_mut() = fresh.clone();
             Ok(fresh)
         },

@@ -22,7 +22,8 @@ use cvr_slicing::{Geometry, OpacityCorrection, Slicing};
 use super::colour::{coloured, views as colour_views};
 use super::mutated::Mutated;
 use super::scenes::{
-    camera, deferred, draw_by, lit, mirror_by, ring, rule, source, textured, transfer_function, view,
+    camera, deferred, draw_by, lit, mirror_by, ring, rule, source, sums_single, textured, transfer_function,
+    view,
 };
 use super::subjects::{ODD, codec, decoded, encoded, noise, settings, sweep};
 
@@ -65,8 +66,15 @@ fn from_above(plan: &Plan) -> bool {
     decoded.next() > decoded.next_back()
 }
 
-/// Pictures of the ring, of the whole frame and of the mirror agree; the largest difference to the whole frame, in 255ths.
-fn compare(device: &Device, id: &str, decoder: &dyn Decoder, view: &View, name: &str) -> f32 {
+/// Pictures of the ring, of the whole frame and, where it is asked, of the mirror agree; the largest difference to the whole
+/// frame, in 255ths.
+fn compare(
+    device: &Device,
+    (id, decoder): (&str, &dyn Decoder),
+    view: &View,
+    mirrored: bool,
+    name: &str,
+) -> f32 {
     let (from_ring, drawing) = draw_by(device, &SLICING, view, &ring(id, decoder));
     let (from_frame, whole) = draw_by(device, &SLICING, view, &deferred(device, id, decoder));
     assert_eq!(drawing.filtering(), whole.filtering(), "{name}");
@@ -74,6 +82,9 @@ fn compare(device: &Device, id: &str, decoder: &dyn Decoder, view: &View, name: 
     let agreement = rule(drawing.filtering()).check(&from_frame, &from_ring);
     let agreement = agreement.unwrap_or_else(|e| panic!("{name}, whole frame: {e}"));
     assert!(agreement.visible_pixels > 0, "{name}: an empty picture");
+    if !mirrored {
+        return agreement.max_difference * 255.0;
+    }
     let mirror = mirror_by(&SLICING, view, decoder);
     let mut rule = rule(drawing.filtering());
     if view.filter == Filter::Nearest && view.shading.is_some() {
@@ -87,6 +98,7 @@ fn compare(device: &Device, id: &str, decoder: &dyn Decoder, view: &View, name: 
 #[test]
 fn pictures_are_those_of_the_whole_frame_along_every_axis_both_ways() {
     let Some(device) = test_device("ring::pictures") else { return };
+    let mirrored = sums_single(device, "ring::pictures, against the mirror");
     let mut seen = BTreeSet::new();
     let mut largest = BTreeMap::new();
     for (id, pairs, sample) in [
@@ -108,7 +120,7 @@ fn pictures_are_those_of_the_whole_frame_along_every_axis_both_ways() {
                 seen.insert((axis_of(&planned), from_above(&planned)));
                 for (view, what) in [(lit(unlit.clone(), Light::Camera), "lit"), (unlit, "unlit")] {
                     let name = format!("{id} {filter} {step_voxels} {what} {camera:?}");
-                    let difference = compare(device, id, decoder.as_ref(), &view, &name);
+                    let difference = compare(device, (id, decoder.as_ref()), &view, mirrored, &name);
                     let so_far = largest.entry((filter.name(), axis_of(&planned))).or_insert(0.0_f32);
                     *so_far = so_far.max(difference);
                 }
@@ -135,7 +147,7 @@ fn thin_volumes_colours_boxes_and_long_steps() {
                 let transfer_function = TransferFunction::new(points).unwrap().into();
                 let view = lit(View { transfer_function, ..view }, Light::Camera);
                 let name = format!("{size:?} {step_voxels} {clip:?} {camera:?}");
-                compare(device, "raw", decoder.as_ref(), &view, &name);
+                compare(device, ("raw", decoder.as_ref()), &view, true, &name);
             }
         }
     }
@@ -144,6 +156,7 @@ fn thin_volumes_colours_boxes_and_long_steps() {
 #[test]
 fn colours_whatever_decides_their_opacity() {
     let Some(device) = test_device("ring::colours") else { return };
+    let mirrored = sums_single(device, "ring::colours, against the mirror");
     for (id, pairs, sample) in [
         ("raw", &[][..], SampleType::U8),
         ("s3dc", &[("block", "4"), ("index_bits", "8")], SampleType::U8),
@@ -154,7 +167,7 @@ fn colours_whatever_decides_their_opacity() {
         for (i, view) in colour_views(sample, &volume).into_iter().enumerate() {
             let view = View { camera: cameras()[i % 6], ..view };
             let name = format!("{id} {sample} {:?}, lit {}", view.colour_opacity, view.shading.is_some());
-            compare(device, id, decoder.as_ref(), &view, &name);
+            compare(device, (id, decoder.as_ref()), &view, mirrored, &name);
         }
     }
 }

@@ -10,6 +10,7 @@ use cvr_core::render::{
 };
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FiniteVolume, FrameIndex, Level, SampleType};
+use cvr_engine::testing::lacking;
 use cvr_engine::{Device, DrawSource, Drawing, VolumeTexture};
 use cvr_raycasting::Raycasting;
 
@@ -140,6 +141,16 @@ pub fn rule(filtering: TextureSampling) -> AgreementRule {
         TextureSampling::Hardware => AgreementRule::HARDWARE,
         TextureSampling::Manual => AgreementRule::MANUAL,
     }
+}
+
+/// Whether slices are summed in single precision, as the rule for manual filters asks of them. Where a device blends in half,
+/// a line says what of this test did not run.
+pub fn sums_single(device: &Device, what: &str) -> bool {
+    let single = device.blends_single();
+    if !single {
+        lacking(what, &"no blending in single precision");
+    }
+    single
 }
 
 /// Smooth structures of a few voxels with a little noise, over the whole domain.

@@ -13,10 +13,12 @@ pub struct Capabilities {
     pub norm16: bool,
     /// Whether single-precision textures can be filtered.
     pub float32_filterable: bool,
-    /// Whether single-precision images can be blended.
+    /// Whether the driver offers to blend single-precision images; [`crate::Device::blends_single`] says whether it does.
     pub float32_blendable: bool,
-    /// Whether 3-D textures can hold blocks of BC formats.
-    pub bc_sliced_3d: bool,
+    /// Whether 3-D textures can hold blocks of BC formats, or why not.
+    pub bc_sliced_3d: Result<(), BlockFallback>,
+    /// Whether a copy out of a 3-D texture can begin at any slice, or at the first one alone.
+    pub copies_from_any_slice: bool,
     /// Whether a pass can be timed on the device.
     pub timestamps: bool,
     /// Voxels along one axis of a 3-D texture.
@@ -62,6 +64,8 @@ impl std::fmt::Display for TextureFallback {
 pub enum BlockFallback {
     /// The device has no 3-D textures of the format.
     NoFormat,
+    /// The device offers 3-D textures of the format, and reads something else from them than blocks hold.
+    NotDecoded,
     /// The blocks are of one channel each, and no texture holds three such in one texel.
     Colour,
 }
@@ -70,6 +74,9 @@ impl std::fmt::Display for BlockFallback {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::NoFormat => "no 3-D textures of the codec's blocks: uploaded as decoded by the CPU",
+            Self::NotDecoded => {
+                "the device offers 3-D textures of the codec's blocks, but does not decode them: uploaded as decoded by the CPU"
+            }
             Self::Colour => "no texture holds blocks of three channels: uploaded as decoded by the CPU",
         })
     }
@@ -88,16 +95,21 @@ pub struct TextureChoice {
 }
 
 impl Capabilities {
+    /// What the driver says.
     pub(crate) fn of(device: &wgpu::Device) -> Self {
         let (limits, features) = (device.limits(), device.features());
         Self {
             norm16: features.contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM),
             float32_filterable: features.contains(wgpu::Features::FLOAT32_FILTERABLE),
             float32_blendable: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
-            bc_sliced_3d: features.contains(
-                wgpu::Features::TEXTURE_COMPRESSION_BC
-                    .union(wgpu::Features::TEXTURE_COMPRESSION_BC_SLICED_3D),
-            ),
+            bc_sliced_3d: features
+                .contains(
+                    wgpu::Features::TEXTURE_COMPRESSION_BC
+                        .union(wgpu::Features::TEXTURE_COMPRESSION_BC_SLICED_3D),
+                )
+                .then_some(())
+                .ok_or(BlockFallback::NoFormat),
+            copies_from_any_slice: true,
             timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             texture_edge_voxels: limits.max_texture_dimension_3d,
             picture_edge_pixels: limits.max_texture_dimension_2d,
@@ -126,9 +138,8 @@ impl Capabilities {
     /// The reason why not.
     pub const fn blocks(&self, format: BlockFormat, channels: u32) -> Result<(), BlockFallback> {
         match format {
-            BlockFormat::Bc4 if !self.bc_sliced_3d => Err(BlockFallback::NoFormat),
-            BlockFormat::Bc4 if channels != 1 => Err(BlockFallback::Colour),
-            BlockFormat::Bc4 => Ok(()),
+            BlockFormat::Bc4 if self.bc_sliced_3d.is_ok() && channels != 1 => Err(BlockFallback::Colour),
+            BlockFormat::Bc4 => self.bc_sliced_3d,
         }
     }
 
@@ -187,7 +198,8 @@ impl Capabilities {
         norm16: false,
         float32_filterable: false,
         float32_blendable: false,
-        bc_sliced_3d: false,
+        bc_sliced_3d: Err(BlockFallback::NoFormat),
+        copies_from_any_slice: true,
         timestamps: false,
         texture_edge_voxels: 2048,
         picture_edge_pixels: 8192,
@@ -247,7 +259,9 @@ mod tests {
     fn blocks_need_their_feature_and_one_channel() {
         let bc4 = BlockFormat::Bc4;
         assert_eq!(Capabilities::LEAST.blocks(bc4, 1), Err(BlockFallback::NoFormat));
-        let capable = Capabilities { bc_sliced_3d: true, ..Capabilities::LEAST };
+        let claims = Capabilities { bc_sliced_3d: Err(BlockFallback::NotDecoded), ..Capabilities::LEAST };
+        assert_eq!(claims.blocks(bc4, 1), Err(BlockFallback::NotDecoded));
+        let capable = Capabilities { bc_sliced_3d: Ok(()), ..Capabilities::LEAST };
         assert_eq!(capable.blocks(bc4, 1), Ok(()));
         assert_eq!(capable.blocks(bc4, 3), Err(BlockFallback::Colour));
     }

@@ -1,12 +1,50 @@
 //! Adapters: which exist, which one is taken, and what is asked of it.
 
 use std::str::FromStr;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use cvr_core::shader::BindingLimits;
 
 use crate::guard::Reports;
-use crate::{Capabilities, EngineError};
+use crate::{Capabilities, EngineError, probes};
+
+/// Graphics interface through which a device is driven.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Backend {
+    /// Vulkan.
+    Vulkan,
+    /// Metal.
+    Metal,
+    /// DX12.
+    Dx12,
+    /// OpenGL and OpenGL ES.
+    Gl,
+}
+
+impl Backend {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Vulkan, Self::Metal, Self::Dx12, Self::Gl];
+
+    /// Name in records, and as a choice: `vulkan`, `metal`, `dx12`, `gl`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Vulkan => "vulkan",
+            Self::Metal => "metal",
+            Self::Dx12 => "dx12",
+            Self::Gl => "gl",
+        }
+    }
+
+    const fn flag(self) -> wgpu::Backends {
+        match self {
+            Self::Vulkan => wgpu::Backends::VULKAN,
+            Self::Metal => wgpu::Backends::METAL,
+            Self::Dx12 => wgpu::Backends::DX12,
+            Self::Gl => wgpu::Backends::GL,
+        }
+    }
+}
 
 /// Which adapter to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -14,6 +52,8 @@ pub enum DeviceChoice {
     /// The best: Vulkan, Metal or DX12 before GL; discrete before integrated, virtual, software.
     #[default]
     Auto,
+    /// The best of one backend.
+    Backend(Backend),
     /// The best among those whose name contains this text, in any case.
     Named(String),
     /// The adapter at this place of [`list_adapters`].
@@ -23,10 +63,13 @@ pub enum DeviceChoice {
 impl FromStr for DeviceChoice {
     type Err = std::convert::Infallible;
 
-    /// `auto`, `#` and a place in the list, or a part of a name.
+    /// `auto`, the name of a backend, `#` and a place in the list, or a part of a name.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         if text.eq_ignore_ascii_case("auto") {
             return Ok(Self::Auto);
+        }
+        if let Some(backend) = Backend::ALL.into_iter().find(|b| text.eq_ignore_ascii_case(b.name())) {
+            return Ok(Self::Backend(backend));
         }
         let index = text.strip_prefix('#').and_then(|digits| digits.parse().ok());
         Ok(index.map_or_else(|| Self::Named(text.to_owned()), Self::Index))
@@ -37,6 +80,7 @@ impl std::fmt::Display for DeviceChoice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Auto => f.write_str("auto"),
+            Self::Backend(backend) => f.write_str(backend.name()),
             Self::Named(name) => f.write_str(name),
             Self::Index(index) => write!(f, "#{index}"),
         }
@@ -160,6 +204,7 @@ fn choose(choice: &DeviceChoice, infos: &[DeviceInfo]) -> Option<usize> {
     };
     match choice {
         DeviceChoice::Auto => best(&|_| true),
+        DeviceChoice::Backend(backend) => best(&|info| info.backend == backend.name()),
         DeviceChoice::Named(name) => {
             let name = name.to_lowercase();
             best(&|info| info.name.to_lowercase().contains(&name))
@@ -169,6 +214,9 @@ fn choose(choice: &DeviceChoice, infos: &[DeviceInfo]) -> Option<usize> {
 }
 
 /// An open device. Clones share it.
+///
+/// On GL only one thread at a time may use it, also to drop what lies on it: wgpu 30 panics in a thread that has waited for the
+/// context for six seconds, which a large shader takes to compile in another.
 #[derive(Clone, Debug)]
 pub struct Device {
     open: Arc<Open>,
@@ -181,11 +229,13 @@ struct Open {
     queue: wgpu::Queue,
     info: DeviceInfo,
     capabilities: Capabilities,
+    blends_single: OnceLock<bool>,
     reports: Arc<Reports>,
 }
 
 impl Device {
-    /// Opens an adapter with all its limits and those optional features that this crate uses.
+    /// Opens an adapter with all its limits and those optional features that this crate uses, and tries the ones that
+    /// drivers are known to offer without having them.
     ///
     /// # Errors
     /// [`EngineError::NoAdapter`] when none fits, [`EngineError::Gpu`] when the driver refuses to open it.
@@ -193,6 +243,7 @@ impl Device {
         // Places are those of the whole list; else GL is asked only when nothing better fits.
         let mut candidates = match choice {
             DeviceChoice::Index(_) => all_adapters(),
+            DeviceChoice::Backend(backend) => adapters(backend.flag()),
             DeviceChoice::Auto | DeviceChoice::Named(_) => adapters(NATIVE),
         };
         let describe = |adapters: &[wgpu::Adapter]| adapters.iter().map(DeviceInfo::of).collect::<Vec<_>>();
@@ -227,9 +278,42 @@ impl Device {
             .map_err(|e| EngineError::Gpu(format!("opening {info}: {e}")))?;
         let reports = Reports::of(&device);
         let capabilities = Capabilities::of(&device);
-        let limits = capabilities.binding_limits();
-        let open = Arc::new(Open { device, queue, info, capabilities, reports });
-        Ok(Self { open, limits })
+        let claimed =
+            Self::of(Open { device, queue, info, capabilities, blends_single: OnceLock::new(), reports });
+        let capabilities = probes::of(&claimed);
+        Ok(claimed.with_capabilities(capabilities))
+    }
+
+    fn of(open: Open) -> Self {
+        let limits = open.capabilities.binding_limits();
+        Self { open: Arc::new(open), limits }
+    }
+
+    /// The same device under other capabilities, as a device of its own to everything but the driver.
+    fn with_capabilities(&self, capabilities: Capabilities) -> Self {
+        let Open { device, queue, info, reports, .. } = &*self.open;
+        let open = Open {
+            device: device.clone(),
+            queue: queue.clone(),
+            info: info.clone(),
+            capabilities,
+            blends_single: OnceLock::new(),
+            reports: Arc::clone(reports),
+        };
+        Self { open: Arc::new(open), limits: self.limits }
+    }
+
+    /// The same device, to be used as if its texture units decoded no blocks: the fallback can so be tried on any device.
+    #[must_use]
+    pub fn without_block_textures(&self) -> Self {
+        let bc_sliced_3d = Err(crate::BlockFallback::NotDecoded);
+        self.with_capabilities(Capabilities { bc_sliced_3d, ..self.capabilities().clone() })
+    }
+
+    /// The same device with all that its driver claims, whatever was found when it was opened.
+    #[cfg(test)]
+    pub(crate) fn as_claimed(&self) -> Self {
+        self.with_capabilities(Capabilities::of(self.wgpu()))
     }
 
     /// The same device, to be used as if it bound no more than `limits`: what a codec's buffers look like on a
@@ -254,6 +338,15 @@ impl Device {
     #[must_use]
     pub fn capabilities(&self) -> &Capabilities {
         &self.open.capabilities
+    }
+
+    /// Whether sums can be blended in single precision: the driver says so, and did it once, when this was first asked.
+    /// Where it cannot, they are blended in half.
+    #[must_use]
+    pub fn blends_single(&self) -> bool {
+        *self.open.blends_single.get_or_init(|| {
+            self.capabilities().float32_blendable && probes::blends(self, wgpu::TextureFormat::Rgba32Float)
+        })
     }
 
     /// What the shader generator must keep to.
@@ -299,6 +392,9 @@ mod tests {
         assert_eq!(choose(&DeviceChoice::Named("radeon".to_owned()), &infos), Some(1));
         assert_eq!(choose(&DeviceChoice::Named("geforce".to_owned()), &infos), Some(2));
         assert_eq!(choose(&DeviceChoice::Named("arc".to_owned()), &infos), None);
+        assert_eq!(choose(&DeviceChoice::Backend(Backend::Gl), &infos), Some(3));
+        assert_eq!(choose(&DeviceChoice::Backend(Backend::Vulkan), &infos), Some(2));
+        assert_eq!(choose(&DeviceChoice::Backend(Backend::Metal), &infos), None);
         assert_eq!(choose(&DeviceChoice::Index(3), &infos), Some(3));
         assert_eq!(choose(&DeviceChoice::Index(4), &infos), None);
         assert_eq!(choose(&DeviceChoice::Auto, &[]), None);
@@ -308,6 +404,8 @@ mod tests {
     fn choices_are_written_as_they_are_read() {
         for (text, choice) in [
             ("auto", DeviceChoice::Auto),
+            ("gl", DeviceChoice::Backend(Backend::Gl)),
+            ("vulkan", DeviceChoice::Backend(Backend::Vulkan)),
             ("#2", DeviceChoice::Index(2)),
             ("#two", DeviceChoice::Named("#two".to_owned())),
             ("llvmpipe", DeviceChoice::Named("llvmpipe".to_owned())),

@@ -6,7 +6,7 @@ mod rays;
 
 pub use rays::RayPieces;
 
-use canvas::Canvas;
+pub(crate) use canvas::Canvas;
 use check::Check;
 use cvr_core::render::{Blending, Filter, Image, LayerPass, Pass, Plan};
 use cvr_core::shader::{BindingKind, TextureSampling};

@@ -128,7 +128,7 @@ fn with_source(error: &wgpu::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DeviceChoice, testing::test_device};
+    use crate::testing::{another_device, test_device};
 
     #[test]
     fn a_validation_error_is_a_value_and_the_device_lives_on() {
@@ -159,7 +159,7 @@ mod tests {
         if test_device("guard::lost_device").is_none() {
             return;
         }
-        let device = Device::open(&DeviceChoice::Auto).unwrap();
+        let device = another_device();
         device.guarded("before", || Ok(())).unwrap();
         device.wgpu().destroy();
         for _ in 0..2 {

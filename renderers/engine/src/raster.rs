@@ -19,7 +19,7 @@ pub(crate) struct BoundRaster {
 /// The format in which a device blends sums of this precision.
 pub(crate) fn target_format(device: &Device, blending: Blending) -> wgpu::TextureFormat {
     match blending {
-        Blending::Float32 if device.capabilities().float32_blendable => wgpu::TextureFormat::Rgba32Float,
+        Blending::Float32 if device.blends_single() => wgpu::TextureFormat::Rgba32Float,
         _ => wgpu::TextureFormat::Rgba16Float,
     }
 }

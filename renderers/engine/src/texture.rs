@@ -10,7 +10,7 @@ use crate::block_texture::block_bytes;
 use crate::slabs::Slabs;
 use crate::texels::{texels, texture_channels, values};
 use crate::upload::SLAB_BYTES;
-use crate::{Device, EngineError, TextureChoice};
+use crate::{Capabilities, Device, EngineError, TextureChoice};
 
 /// A decoded frame on the device. Clones share the texture.
 #[derive(Clone, Debug)]
@@ -128,13 +128,33 @@ impl VolumeTexture {
     /// shader loads, which is what the texture unit decodes.
     ///
     /// # Errors
-    /// [`EngineError::TooLarge`] when not even one row fits a buffer, and what the driver refuses.
+    /// [`EngineError::TooLarge`] when not even one row fits a buffer, or the whole does not on a device where a copy must
+    /// begin at the first slice; and what the driver refuses.
     pub fn read(&self, device: &Device) -> Result<Vec<f32>, EngineError> {
         if self.blocks.is_some() {
             return self.load(device);
         }
-        let most_bytes = device.capabilities().buffer_bytes.min(SLAB_BYTES as u64);
-        let slabs = Slabs::new(self.layout.extent, self.texel_bytes(), most_bytes)?;
+        let Capabilities { buffer_bytes, copies_from_any_slice, .. } = *device.capabilities();
+        let whole = Slabs::new(self.layout.extent, self.texel_bytes(), u64::MAX)?;
+        if copies_from_any_slice {
+            let most_bytes = buffer_bytes.min(SLAB_BYTES as u64);
+            return self.read_slabs(device, Slabs::new(self.layout.extent, self.texel_bytes(), most_bytes)?);
+        }
+        // The one copy that begins at the first slice and reaches the last one.
+        if whole.most_bytes() > buffer_bytes {
+            return Err(EngineError::TooLarge {
+                what: "reading a texture on a device that copies slices from the first one on alone"
+                    .to_owned(),
+                requested: whole.most_bytes(),
+                limit: buffer_bytes,
+                unit: "bytes in one buffer",
+            });
+        }
+        self.read_slabs(device, whole)
+    }
+
+    /// As [`VolumeTexture::read`] of single texels, cut like this.
+    pub(crate) fn read_slabs(&self, device: &Device, slabs: Slabs) -> Result<Vec<f32>, EngineError> {
         let mut all = Vec::with_capacity(self.layout.samples_per_frame() as usize);
         for slab in slabs.iter() {
             let bytes: Vec<u8> = device.guarded("reading a volume texture", || {

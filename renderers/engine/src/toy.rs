@@ -33,6 +33,7 @@ pub(crate) struct Toy {
     pub(crate) layout: VolumeLayout,
     pub(crate) words: Vec<u32>,
     pub(crate) snippet: &'static str,
+    pub(crate) form: DecodedForm,
 }
 
 impl Toy {
@@ -41,7 +42,8 @@ impl Toy {
         let extent = Extent::try_from(extent).unwrap();
         let layout = VolumeLayout { channels, ..VolumeLayout::scalar(extent, SampleType::U16) };
         let words = (0..layout.samples_per_frame()).map(|i| (i * 40_503 % 65_521) as u32).collect();
-        Self { layout, words, snippet: SNIPPET }
+        let form = DecodedForm { format: TexelFormat::Unorm16, scale: 65535.0, offset: 0.0 };
+        Self { layout, words, snippet: SNIPPET, form }
     }
 
     pub(crate) fn values(&self) -> Vec<f32> {
@@ -59,7 +61,7 @@ impl Decoder for Toy {
     }
 
     fn decoded_form(&self) -> DecodedForm {
-        DecodedForm { format: TexelFormat::Unorm16, scale: 65535.0, offset: 0.0 }
+        self.form
     }
 
     fn shader(&self) -> Option<&dyn ShaderDecode> {

@@ -61,7 +61,7 @@ const COMMANDS: [(&str, &[&str]); 17] = [
     ("codecs", &[]),
     ("renderers", &[]),
     ("presets", &[]),
-    ("devices", &[]),
+    ("devices", &["--tsv"]),
     (
         "shader",
         &[

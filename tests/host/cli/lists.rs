@@ -73,6 +73,16 @@ fn devices_end_with_the_mirror() {
     assert_eq!(ran.code, Some(i32::from(adapters == 0)), "{ran:?}");
     assert!(ran.stdout.lines().last().unwrap().starts_with("cpu  "), "{}", ran.stdout);
     assert_eq!(ran.stdout.lines().count(), adapters + 1, "{}", ran.stdout);
+
+    // As `./run` and `./test` read them.
+    let for_scripts = Folder::new().cvr(&["devices", "--tsv"]);
+    assert_eq!((for_scripts.code, for_scripts.stdout.lines().count()), (ran.code, adapters));
+    for (i, (line, told)) in for_scripts.stdout.lines().zip(ran.stdout.lines()).enumerate() {
+        let fields: Vec<&str> = line.split('\t').collect();
+        let [number, backend, kind, name, _] = fields[..] else { panic!("{line}") };
+        assert_eq!(number, i.to_string(), "{line}");
+        assert!(told.starts_with(&format!("#{i}  {name} ({backend}, {kind}")), "{line}, {told}");
+    }
 }
 
 #[test]

@@ -6,14 +6,14 @@ use cvr_core::shader::BindingLimits;
 use cvr_core::volume::{SampleType, ValueRange};
 
 use super::*;
-use crate::testing::test_device;
+use crate::testing::{lacking, test_device};
 
-/// A device that takes blocks, or a line that says that there is none.
+/// A device that takes blocks, or a line that says that this one does not.
 fn capable(name: &str) -> Option<&'static Device> {
     let device = test_device(name)?;
     let takes = device.capabilities().blocks(BlockFormat::Bc4, 1);
     if let Err(reason) = takes {
-        println!("skipped {name}: {reason}");
+        lacking(name, &reason);
     }
     takes.is_ok().then_some(device)
 }

@@ -7,7 +7,7 @@ use crate::{Device, EngineError};
 
 /// What a picture is drawn into.
 #[derive(Debug)]
-pub(super) enum Canvas {
+pub(crate) enum Canvas {
     /// Premultiplied RGBA in rows, written by compute passes.
     Buffer(wgpu::Buffer),
     /// A render target, for passes that blend.
@@ -52,7 +52,7 @@ impl Canvas {
     }
 
     /// A transparent picture that passes blend into.
-    pub(super) fn target(
+    pub(crate) fn target(
         device: &Device,
         size: [u32; 2],
         format: wgpu::TextureFormat,
@@ -104,7 +104,8 @@ impl Canvas {
         Ok(pixels.iter().filter(|pixel| pixel[0] < 0.0).count())
     }
 
-    fn pixels(&self, device: &Device) -> Result<Vec<[f32; 4]>, EngineError> {
+    /// Its pixels as they are now.
+    pub(crate) fn pixels(&self, device: &Device) -> Result<Vec<[f32; 4]>, EngineError> {
         match self {
             Self::Buffer(buffer) => device.read_buffer(buffer, buffer.size()),
             Self::Target(texture) => read_texture(device, texture),
