@@ -111,7 +111,7 @@ fn a_large_buffer_is_split_and_the_snippet_cannot_tell() {
     assert_eq!(parts.len(), 3);
     assert_eq!(parts[2].kind, BindingKind::Words { resource: 0, first: 2000, words: 500 });
     assert!(shader.wgsl.contains("    if i < 2000u {\n        return toy_data_part1[i - 1000u];"));
-    let error = inline(SNIPPET, Some(Filter::Linear), &RAYCAST, 7000).unwrap_err().to_string();
+    let error = inline(SNIPPET, Some(Filter::Linear), &RAYCAST, 8000).unwrap_err().to_string();
     assert!(error.contains("needs 9 storage buffers") && error.contains("binds 8"), "{error}");
 }
 
