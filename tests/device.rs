@@ -10,6 +10,7 @@ mod device {
     mod colour;
     mod cut_off;
     mod deferred;
+    mod former_table;
     mod frame_passes;
     mod lost;
     mod mutated;
@@ -29,4 +30,5 @@ mod device {
     mod splitting;
     mod stages;
     mod subjects;
+    mod transfer_function;
 }

@@ -36,5 +36,6 @@ mod host {
     mod spacing;
     mod stability;
     mod stages;
+    mod transfer_function;
     mod volumes;
 }

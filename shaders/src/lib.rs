@@ -10,7 +10,7 @@
 //! slicing/checked.wgsl        → loops_run
 //! view/view.wgsl              → camera_ray, bounds_low, bounds_high
 //! optics/*.wgsl               → volume_sample, classify, height
-//! classify/*.wgsl             → transfer, height
+//! classify/*.wgsl             → transfer, height, transfer_segment (a module, or generated), transfer_texel, keys_passed
 //! skipping/next_sample.wgsl   → may_show
 //! filter/*.wgsl               → voxel_fetch, voxel_cell
 //! deferred/decode.wgsl        → voxel_fetch, voxel_of_layer, voxel_channel, texel_of
@@ -79,6 +79,10 @@ templates! {
     CAMERA_ORTHOGRAPHIC = "camera/orthographic.wgsl";
     /// The transfer function.
     TRANSFER = "classify/transfer.wgsl";
+    /// How many of four values a value has passed.
+    KEYS_PASSED = "classify/keys_passed.wgsl";
+    /// The segment of a value, by a guide over the domain.
+    SEGMENT_GUIDE = "classify/segment_guide.wgsl";
     /// Classification of scalars.
     CLASSIFY_SCALAR = "classify/scalar.wgsl";
     /// What a scalar's surfaces follow.

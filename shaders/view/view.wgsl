@@ -9,9 +9,7 @@ struct View {
     right: vec3<f32>,
     pixel: f32,
     up: vec3<f32>,
-    transfer_offset: f32,
     voxel_size: vec3<f32>,
-    transfer_scale: f32,
     size: vec2<u32>,
 }
 

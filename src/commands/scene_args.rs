@@ -4,6 +4,7 @@ use clap::Args;
 use cvr_core::pipeline::{FilePath, FrameRange, Scene, SceneOpacity, TransferDomain, parse_colour};
 use cvr_core::render::{
     Camera, ClipBox, ColourOpacity, ControlPoint, Filter, Light, Preset, Projection, Shading,
+    TransferFunction,
 };
 
 use crate::exit::BadInput;
@@ -125,6 +126,13 @@ impl SceneArgs {
                 "--transfer-function `{text}`: write control points VALUE:#rrggbbaa, or one of {known}"
             )));
         }
+        let (found, most) = (text.split(',').count(), TransferFunction::MAX_POINTS);
+        if found > most {
+            return Err(BadInput(format!(
+                "--transfer-function has {found} control points; it may have {most}: leave out those that lie on the \
+                 line between their neighbours"
+            )));
+        }
         let points: Vec<_> =
             text.split(',').map(control_point).collect::<Result<_, _>>().map_err(BadInput)?;
         if !self.range {
@@ -146,10 +154,11 @@ fn presets() -> String {
 }
 
 fn transfer_function_help() -> String {
-    let presets = presets();
+    let (presets, most) = (presets(), TransferFunction::MAX_POINTS);
     format!(
-        "Control points VALUE:#rrggbbaa separated by commas, the opacity that of one voxel length; values are data \
-         units, or 0..1 of the volume's range with --range. Or a preset over that range: {presets} [default: grey, \
+        "Control points VALUE:#rrggbbaa separated by commas, at most {most}, the opacity that of one voxel length; exactly \
+         linear in between, and two of one value are a step; values are data units, or 0..1 of the volume's range with \
+         --range. Or a preset over that range: {presets} [default: grey, \
          transparent below a tenth of the range]"
     )
 }

@@ -28,7 +28,7 @@ pub use plan::{Blending, ComputePass, Input, Pass, Plan, ProxyVertex, RasterPass
 pub use preset::Preset;
 pub use renderer::{RenderError, Renderer, RendererInfo};
 pub use shading::{Light, Shading};
-pub use transfer_function::{ControlPoint, TransferFunction, TransferFunctionError};
+pub use transfer_function::{ControlPoint, SegmentSearch, TransferFunction, TransferFunctionError};
 pub use uniforms::uniform_bytes;
 pub use view::{Filter, View};
 pub use voxels::{Cell, DecodedFrame, DecoderVoxels, Voxels};

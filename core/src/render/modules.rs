@@ -70,8 +70,10 @@ impl SceneModules {
         } else {
             self.templates.push(shaders::CLASSIFY_SCALAR);
         }
-        let table = bytemuck::cast_slice(view.transfer_function.table()).to_vec();
-        self.read(BindingKind::TransferTable, table);
+        let function = &view.transfer_function;
+        let bytes = |texels: &[[f32; 4]]| bytemuck::cast_slice(texels).to_vec();
+        self.read(BindingKind::TransferTable, bytes(&function.table()));
+        self.read(BindingKind::TransferSegments(function.search()), bytes(&function.search_uniform()));
         Ok(())
     }
 

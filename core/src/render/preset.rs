@@ -89,7 +89,8 @@ mod tests {
         for preset in Preset::ALL {
             let f = TransferFunction::new(preset.control_points()).unwrap();
             assert_eq!((f.domain().min, f.domain().max), (0.0, 1.0), "{}", preset.name);
-            assert!(f.table().iter().flatten().all(|v| (0.0..=1.0).contains(v)), "{}", preset.name);
+            let mut colours = f.points().iter().flat_map(|p| p.rgba);
+            assert!(colours.all(|v| (0.0..=1.0).contains(&v)), "{}", preset.name);
             assert!(!f.is_transparent(f.domain()), "{}", preset.name);
             assert_eq!(Preset::named(preset.name), Some(preset));
         }

@@ -1,6 +1,10 @@
 //! The transfer function: data value → colour and opacity, piecewise linear.
 
+mod search;
+
 use serde::{Deserialize, Serialize};
+
+pub use search::SegmentSearch;
 
 use crate::volume::ValueRange;
 
@@ -13,16 +17,45 @@ pub struct ControlPoint {
     pub rgba: [f32; 4],
 }
 
-/// Piecewise linear, constant beyond its ends.
+/// Piecewise linear, constant beyond its ends, exact however narrow a segment is.
 ///
-/// Shader and mirror read the same table of [`TransferFunction::ENTRIES`] values over the first to the last
-/// control point, and interpolate between its entries; a step between two points of one value is as wide as
-/// one entry.
+/// Two points of one value are a step; at the value itself the later one holds. Of more than two points of one value those
+/// in the middle never show.
+///
+/// A value has the colour of its point to the bit; between two points the colour is within 3 × 2⁻²³ (3 units in the last
+/// place of 1) of the straight line. Shader (`shaders/classify/transfer.wgsl`) and CPU read the same numbers and compute in
+/// the same order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
     points: Vec<ControlPoint>,
-    table: Vec<[f32; 4]>,
+    /// Of segment k, which lies between the points k − 1 and k; the first and the last lie beyond the ends.
+    shares: Vec<Share>,
+    /// How many of the segments before segment k show anything.
+    shown_before: Vec<u32>,
+    search: SegmentSearch,
+}
+
+/// How far a value lies within its segment, 0 to 1: `(value · scale − offset) · inverse`.
+///
+/// The scale is a power of two that brings the larger end of the segment to 2 … 4. Products with it are exact, and neither
+/// the difference nor the inverse of the width overflows or vanishes, whatever the segment. Where the colour is constant all
+/// three are 0.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+struct Share {
     scale: f32,
+    offset: f32,
+    inverse: f32,
+}
+
+impl Share {
+    /// `low < high`, neither subnormal.
+    fn between(low: f32, high: f32) -> Self {
+        // The biased exponents of the larger end and of the scale add up to 255.
+        let larger = low.abs().max(high.abs());
+        let scale = f32::from_bits(!larger.to_bits() & f32::INFINITY.to_bits());
+        let [low, high] = [low, high].map(|end| f64::from(end) * f64::from(scale));
+        Self { scale, offset: low as f32, inverse: (1.0 / (high - low)) as f32 }
+    }
 }
 
 /// Why control points make no transfer function.
@@ -31,6 +64,12 @@ pub enum TransferFunctionError {
     /// Fewer than two points.
     #[error("a transfer function needs at least two control points, this has {0}")]
     TooFew(usize),
+    /// More points than [`TransferFunction::MAX_POINTS`].
+    #[error(
+        "a transfer function has at most {most} control points, this has {0}",
+        most = TransferFunction::MAX_POINTS
+    )]
+    TooMany(usize),
     /// Values decrease or are not finite.
     #[error("control point {0}: its value must be finite and not below the one before")]
     Order(usize),
@@ -40,33 +79,46 @@ pub enum TransferFunctionError {
 }
 
 impl TransferFunction {
-    /// Entries of the table.
-    pub const ENTRIES: usize = 1024;
+    /// Most control points.
+    pub const MAX_POINTS: usize = 4096;
+    /// Rows of [`TransferFunction::table`].
+    pub const TABLE_ROWS: usize = 3;
 
-    /// From at least two points of non-decreasing value.
+    /// From 2 to [`TransferFunction::MAX_POINTS`] points of non-decreasing value. A subnormal value counts as 0, as it does
+    /// in volumes.
     ///
     /// # Errors
-    /// When there are too few points, or their values are out of order or all equal.
-    pub fn new(points: Vec<ControlPoint>) -> Result<Self, TransferFunctionError> {
+    /// When there are too few or too many points, or their values are out of order or all equal.
+    pub fn new(mut points: Vec<ControlPoint>) -> Result<Self, TransferFunctionError> {
         if points.len() < 2 {
             return Err(TransferFunctionError::TooFew(points.len()));
+        }
+        if points.len() > Self::MAX_POINTS {
+            return Err(TransferFunctionError::TooMany(points.len()));
+        }
+        for point in &mut points {
+            point.value = flushed(point.value);
         }
         for (i, point) in points.iter().enumerate() {
             if !point.value.is_finite() || i > 0 && point.value < points[i - 1].value {
                 return Err(TransferFunctionError::Order(i + 1));
             }
         }
-        let mut function = Self { points, table: Vec::new(), scale: 0.0 };
-        let domain = function.domain();
-        if domain.span() <= 0.0 {
+        let values: Vec<f32> = points.iter().map(|p| p.value).collect();
+        if values[0] >= values[values.len() - 1] {
             return Err(TransferFunctionError::Flat);
         }
-        let entry = |i: usize| {
-            let t = i as f64 / (Self::ENTRIES - 1) as f64;
-            function.exact((f64::from(domain.min) + t * domain.span()) as f32)
+        let inner = |pair: &[f32]| match pair {
+            &[low, high] if low < high => Share::between(low, high),
+            _ => Share::default(),
         };
-        function.table = (0..Self::ENTRIES).map(entry).collect();
-        function.scale = ((Self::ENTRIES - 1) as f64 / domain.span()) as f32;
+        let beyond = || std::iter::once(Share::default());
+        let shares = beyond().chain(values.windows(2).map(inner)).chain(beyond()).collect();
+        let mut function = Self { points, shares, shown_before: vec![0], search: SegmentSearch::of(&values) };
+        for segment in 0..=values.len() {
+            let before = function.shown_before[segment];
+            function.shown_before.push(before + u32::from(function.shows(segment)));
+        }
         Ok(function)
     }
 
@@ -82,108 +134,86 @@ impl TransferFunction {
         &self.points
     }
 
-    /// The table that shaders bind: [`TransferFunction::ENTRIES`] straight RGBA values.
+    /// How a shader finds the segment of a value.
     #[must_use]
-    pub fn table(&self) -> &[[f32; 4]] {
-        &self.table
+    pub const fn search(&self) -> SegmentSearch {
+        self.search
     }
 
-    /// Table position = `(value − domain.min) · scale`.
+    /// What the search reads from a uniform; empty where it reads none.
     #[must_use]
-    pub const fn scale(&self) -> f32 {
-        self.scale
+    pub fn search_uniform(&self) -> Vec<[f32; 4]> {
+        self.search.uniform(&self.values())
     }
 
-    /// Colour and opacity of a data value, by the arithmetic of `classify` in the shaders.
+    /// The texels that shaders bind, [`TransferFunction::TABLE_ROWS`] rows of equal length: what the search reads, how far a
+    /// value lies within each segment (scale, offset, inverse), and straight RGBA from where each segment begins.
+    #[must_use]
+    pub fn table(&self) -> Vec<[f32; 4]> {
+        let last = self.search.last_segment(self.points.len());
+        let share = |segment: usize| self.shares.get(segment).copied().unwrap_or_default();
+        let shares = (0..=last).map(share).map(|s| [s.scale, s.offset, s.inverse, 0.0]).collect();
+        let colours = (0..=last + 1).map(|segment| self.colour(segment)).collect();
+        let rows: [Vec<[f32; 4]>; Self::TABLE_ROWS] = [self.search.texels(&self.values()), shares, colours];
+        let width = rows.iter().map(Vec::len).max().unwrap_or(0);
+        let padded = |mut row: Vec<[f32; 4]>| {
+            row.resize(width, [0.0; 4]);
+            row
+        };
+        rows.into_iter().flat_map(padded).collect()
+    }
+
+    /// Colour and opacity of a data value, by the arithmetic of `transfer` in the shaders.
     #[must_use]
     pub fn classify(&self, value: f32) -> [f32; 4] {
-        let last = (Self::ENTRIES - 1) as f32;
-        let at = ((value - self.points[0].value) * self.scale).clamp(0.0, last);
-        let low = at.floor().min(last - 1.0);
-        let t = at - low;
-        let (a, b) = (self.table[low as usize], self.table[low as usize + 1]);
-        std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
+        let segment = self.segment(value);
+        let Share { scale, offset, inverse } = self.shares[segment];
+        let share = ((value * scale - offset) * inverse).min(1.0);
+        let (low, high) = (self.colour(segment), self.colour(segment + 1));
+        std::array::from_fn(|c| low[c] + (high[c] - low[c]) * share)
     }
 
-    /// Whether no value of `range` shows anything. It errs towards showing: an entry on each side counts along, for what
-    /// rounding may do to the position. Beyond the ends of the domain there is but one entry, whatever is rounded.
+    /// Whether no value of `range` shows anything. It says so of all such ranges, and of no other.
     #[must_use]
     pub fn is_transparent(&self, range: ValueRange) -> bool {
-        const LAST: usize = TransferFunction::ENTRIES - 1;
-        // Positions are off by less than this, in entries; which side of the first point a value lies on is exact.
-        const ROUNDING: f32 = 0.01;
-        let at = |value: f32| (value - self.points[0].value) * self.scale;
-        let (low, high) = (at(range.min), at(range.max));
-        // A position that is no number says nothing.
-        if low.is_nan() || high.is_nan() {
+        if range.min.is_nan() || range.max.is_nan() {
             return false;
         }
-        let first = if low >= LAST as f32 + ROUNDING { LAST } else { (low as usize).saturating_sub(1) };
-        let end = if high <= 0.0 { 0 } else { (high as usize).saturating_add(2).min(LAST) };
-        self.table[first.min(end)..=end].iter().all(|entry| entry[3] <= 0.0)
+        // A device may take subnormal values for 0.
+        let (min, max) = (range.min.min(flushed(range.min)), range.max.max(flushed(range.max)));
+        let (first, last) = (self.segment(min), self.segment(max));
+        // Of the last segment a range may hold no more than where it begins.
+        let begins = last > 0 && self.points[last - 1].value == max;
+        let end = if begins { last } else { last + 1 };
+        let shown = self.shown_before[end.max(first)] - self.shown_before[first];
+        shown == 0 && !(begins && self.points[last - 1].rgba[3] > 0.0)
     }
 
-    /// The piecewise linear function itself.
-    fn exact(&self, value: f32) -> [f32; 4] {
-        let after = self.points.partition_point(|p| p.value <= value);
-        if after == 0 {
-            return self.points[0].rgba;
-        }
-        let (a, b) = (self.points[after - 1], self.points[after.min(self.points.len() - 1)]);
-        let width = b.value - a.value;
-        let t = if width > 0.0 { (value - a.value) / width } else { 0.0 };
-        std::array::from_fn(|c| a.rgba[c] + (b.rgba[c] - a.rgba[c]) * t)
+    /// The segment of a value: how many points lie at or below it.
+    fn segment(&self, value: f32) -> usize {
+        self.points.partition_point(|p| p.value <= value)
     }
+
+    /// The colour where a segment begins, which is that of the point before it.
+    fn colour(&self, segment: usize) -> [f32; 4] {
+        self.points[segment.saturating_sub(1).min(self.points.len() - 1)].rgba
+    }
+
+    /// Whether a segment has a value that shows. One without width has no values.
+    fn shows(&self, segment: usize) -> bool {
+        let is_step = (1..self.points.len()).contains(&segment)
+            && self.points[segment - 1].value >= self.points[segment].value;
+        !is_step && (self.colour(segment)[3] > 0.0 || self.colour(segment + 1)[3] > 0.0)
+    }
+
+    fn values(&self) -> Vec<f32> {
+        self.points.iter().map(|p| p.value).collect()
+    }
+}
+
+fn flushed(value: f32) -> f32 {
+    if value.is_subnormal() { 0.0 } else { value }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn point(value: f32, alpha: f32) -> ControlPoint {
-        ControlPoint { value, rgba: [alpha, 0.0, 1.0, alpha] }
-    }
-
-    #[test]
-    fn is_piecewise_linear_and_constant_beyond_its_ends() {
-        let f = TransferFunction::new(vec![point(10.0, 0.0), point(20.0, 1.0), point(40.0, 0.5)]).unwrap();
-        for (value, alpha) in [(-5.0, 0.0), (10.0, 0.0), (15.0, 0.5), (30.0, 0.75), (40.0, 0.5), (99.0, 0.5)]
-        {
-            let got = f.classify(value)[3];
-            assert!((got - alpha).abs() < 2e-3, "{value}: {got} for {alpha}");
-        }
-    }
-
-    #[test]
-    fn what_is_transparent_shows_nothing_and_what_shows_is_not() {
-        let f = TransferFunction::new(vec![point(0.0, 0.0), point(10.0, 0.0), point(11.0, 1.0)]).unwrap();
-        let transparent = |min, max| f.is_transparent(ValueRange { min, max });
-        assert!(transparent(-50.0, 9.9) && transparent(3.0, 3.0));
-        assert!(!transparent(3.0, 10.1) && !transparent(10.5, 99.0) && !transparent(12.0, 13.0));
-        assert!(!transparent(f32::NAN, 1.0));
-        assert!(transparent(f32::MIN, -1.0) && !transparent(f32::MIN, f32::MAX));
-    }
-
-    /// Most transfer functions begin where something begins to show, and the air lies below.
-    #[test]
-    fn beyond_its_ends_a_function_is_what_it_is_there() {
-        let window =
-            TransferFunction::new(vec![point(10.0, 0.0), point(11.0, 1.0), point(12.0, 0.0)]).unwrap();
-        let transparent = |min, max| window.is_transparent(ValueRange { min, max });
-        assert!(transparent(-50.0, 9.9) && transparent(0.0, 10.0) && transparent(12.1, 900.0));
-        assert!(!transparent(0.0, 10.0_f32.next_up()) && !transparent(11.99, 900.0));
-        assert!(!transparent(12.0_f32.next_down(), 900.0) && !transparent(0.0, 900.0));
-        let ends = TransferFunction::new(vec![point(10.0, 0.5), point(11.0, 0.0), point(12.0, 0.5)]).unwrap();
-        let transparent = |min, max| ends.is_transparent(ValueRange { min, max });
-        assert!(!transparent(-50.0, -20.0) && !transparent(20.0, 50.0) && !transparent(10.9, 11.1));
-    }
-
-    #[test]
-    fn refuses_what_is_no_function() {
-        assert_eq!(TransferFunction::new(vec![point(1.0, 0.0)]), Err(TransferFunctionError::TooFew(1)));
-        let backwards = vec![point(1.0, 0.0), point(0.0, 1.0)];
-        assert_eq!(TransferFunction::new(backwards), Err(TransferFunctionError::Order(2)));
-        let flat = vec![point(1.0, 0.0), point(1.0, 1.0)];
-        assert_eq!(TransferFunction::new(flat), Err(TransferFunctionError::Flat));
-    }
-}
+mod tests;

@@ -18,9 +18,7 @@ pub(super) struct ViewUniform {
     right: Vec3,
     pixel: f32,
     up: Vec3,
-    transfer_offset: f32,
     voxel_size: Vec3,
-    transfer_scale: f32,
     size: UVec2,
 }
 
@@ -38,9 +36,7 @@ impl ViewUniform {
             right,
             pixel: rays.pixel,
             up,
-            transfer_offset: view.transfer_function.domain().min,
             voxel_size: rays.voxel_size,
-            transfer_scale: view.transfer_function.scale(),
             size: UVec2::from_array(view.size),
         }
     }

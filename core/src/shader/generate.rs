@@ -5,6 +5,7 @@ use cvr_shaders as shaders;
 use super::accessors::{self, Access, Accessors};
 use super::lint::{self, Role, Snippet};
 use super::origin::Mapped;
+use super::segments;
 use super::text::{self, Text};
 use super::{Binding, BindingKind, GeneratedShader, Request, ShaderError, Source, TextureSampling};
 use crate::codec::TexelFormat;
@@ -34,6 +35,7 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
     }
     for kind in request.bindings {
         match kind {
+            BindingKind::TransferSegments(search) => segments::write(&mut out, *search),
             BindingKind::Texels(format) => out.template(texel(*format)),
             BindingKind::Slab(axis) => out.generated("layers of voxels", &text::layer_places(*axis, calls)),
             _ => {}
@@ -111,7 +113,7 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
 
 /// Storage buffers among the template's bindings.
 fn storage_of(bindings: &[Binding]) -> u32 {
-    bindings.iter().filter(|b| !b.kind.is_uniform()).count() as u32
+    bindings.iter().filter(|b| b.kind.is_storage()).count() as u32
 }
 
 /// How a value becomes the bits of a texel.

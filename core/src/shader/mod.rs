@@ -11,6 +11,7 @@ mod generate;
 mod lint;
 mod origin;
 mod request;
+mod segments;
 #[cfg(test)]
 mod tests;
 mod text;

@@ -2,7 +2,7 @@
 
 use super::Segment;
 use crate::codec::{DecodedForm, Resource, TexelFormat, WgslModule};
-use crate::render::{Filter, Template};
+use crate::render::{Filter, SegmentSearch, Template};
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
 
 /// What a shader is to be made of.
@@ -127,8 +127,10 @@ pub enum BindingKind {
     Slabs,
     /// Read-only storage `macrocells: array<u32>`.
     Macrocells,
-    /// Read-only storage `transfer_table: array<vec4<f32>>`.
+    /// 2-D texture `transfer_table` of [`crate::render::TransferFunction::TABLE_ROWS`] rows, in single precision.
     TransferTable,
+    /// What finds the segment of a value; the uniform that it reads, if any.
+    TransferSegments(SegmentSearch),
     /// Storage `image: array<vec4<f32>>`, written.
     Image,
     /// Uniform `pieces`: the struct `Pieces` of rays that are followed piece by piece.
@@ -178,6 +180,16 @@ impl BindingKind {
     /// The bindings of a template that dumps voxels.
     pub const DUMP: [Self; 2] = [Self::Dump, Self::Dumped];
 
+    /// Whether it is a storage buffer.
+    #[must_use]
+    pub const fn is_storage(&self) -> bool {
+        let is_texture = matches!(
+            self,
+            Self::TransferTable | Self::VolumeTexture { .. } | Self::VolumeSampler | Self::RingSampler
+        );
+        !is_texture && !self.is_uniform()
+    }
+
     /// Whether it is a uniform.
     #[must_use]
     pub const fn is_uniform(&self) -> bool {
@@ -187,6 +199,7 @@ impl BindingKind {
                 | Self::Clip
                 | Self::Lighting
                 | Self::Colour
+                | Self::TransferSegments(_)
                 | Self::Slabs
                 | Self::Slab(_)
                 | Self::Pieces

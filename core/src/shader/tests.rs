@@ -2,7 +2,7 @@ use cvr_shaders as shaders;
 
 use super::*;
 use crate::codec::{Constant, ConstantValue, DecodedForm, WgslModule};
-use crate::render::{Filter, Template};
+use crate::render::{Filter, SegmentSearch, Template};
 use crate::volume::{Axis, Extent, FrameIndex, Level, SampleType, VolumeLayout};
 
 const SNIPPET: &str = "\
@@ -25,7 +25,7 @@ fn inline(
     let limits = BindingLimits { storage_words: 1000, storage_buffers: 8 };
     let constants = vec![Constant { name: "edge", value: ConstantValue::U32(8) }];
     let dump = templates[0] == shaders::DUMP || templates[0] == shaders::DUMP_CELL;
-    let picture = [BindingKind::View, BindingKind::TransferTable, BindingKind::Image];
+    let picture = picture();
     generate(&Request {
         templates,
         entry: if dump { "dump" } else { "raycast" },
@@ -41,6 +41,12 @@ fn inline(
         filter,
         limits,
     })
+}
+
+/// What pictures bind.
+fn picture() -> [BindingKind; 4] {
+    let segments = BindingKind::TransferSegments(SegmentSearch::Every { fours: 1 });
+    [BindingKind::View, BindingKind::TransferTable, segments, BindingKind::Image]
 }
 
 const RAYCAST: [Template; 11] = [
@@ -69,7 +75,7 @@ fn a_dump_shader_is_what_it_should_be() {
 #[test]
 fn texture_shaders_hold_no_more_than_they_need() {
     let form = DecodedForm::FLOAT32;
-    let picture = [BindingKind::View, BindingKind::TransferTable, BindingKind::Image];
+    let picture = picture();
     let of = |padded, sampling, filter| {
         generate(&Request {
             templates: &RAYCAST,
@@ -105,7 +111,7 @@ fn a_large_buffer_is_split_and_the_snippet_cannot_tell() {
     assert_eq!(parts.len(), 3);
     assert_eq!(parts[2].kind, BindingKind::Words { resource: 0, first: 2000, words: 500 });
     assert!(shader.wgsl.contains("    if i < 2000u {\n        return toy_data_part1[i - 1000u];"));
-    let error = inline(SNIPPET, Some(Filter::Linear), &RAYCAST, 7000).unwrap_err().to_string();
+    let error = inline(SNIPPET, Some(Filter::Linear), &RAYCAST, 8000).unwrap_err().to_string();
     assert!(error.contains("needs 9 storage buffers") && error.contains("binds 8"), "{error}");
 }
 
@@ -237,7 +243,7 @@ fn places_in_layers_follow_their_axis() {
 #[test]
 fn a_ring_is_sampled_around_its_third_axis() {
     let form = DecodedForm::FLOAT32;
-    let picture = [BindingKind::View, BindingKind::TransferTable, BindingKind::Image];
+    let picture = picture();
     let make = |sampling, filter, axis| {
         generate(&Request {
             templates: &RAYCAST,

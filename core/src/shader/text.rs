@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use cvr_shaders::Template;
 
-use super::{Binding, BindingKind, Origin, Segment, ShaderError};
+use super::{Binding, BindingKind, Origin, Segment, ShaderError, segments};
 use crate::codec::{Constant, ConstantValue, DecodedForm};
 use crate::render::RING_LAYERS;
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
@@ -112,7 +112,15 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
     let mut text = String::new();
     let mut bindings = Vec::new();
     for (kind, binding) in kinds.iter().zip(0..) {
+        let segments;
         let declaration = match kind {
+            BindingKind::TransferSegments(search) => match segments::declaration(*search) {
+                Some(declaration) => {
+                    segments = declaration;
+                    &segments
+                }
+                None => continue,
+            },
             BindingKind::View => "var<uniform> view: View;",
             BindingKind::Clip => "var<uniform> clip: Clip;",
             BindingKind::Lighting => "var<uniform> lighting: Lighting;",
@@ -120,7 +128,7 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
             BindingKind::Colour => "var<uniform> colour: Colour;",
             BindingKind::OpacityTable => "var<storage, read> opacity_table: array<f32>;",
             BindingKind::Macrocells => "var<storage, read> macrocells: array<u32>;",
-            BindingKind::TransferTable => "var<storage, read> transfer_table: array<vec4<f32>>;",
+            BindingKind::TransferTable => "var transfer_table: texture_2d<f32>;",
             BindingKind::Image => "var<storage, read_write> image: array<vec4<f32>>;",
             BindingKind::Pieces => "var<uniform> pieces: Pieces;",
             BindingKind::Progress => "var<storage, read_write> progress: array<u32>;",

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use cvr_core::codec::Resource;
-use cvr_core::render::Input;
+use cvr_core::render::{Input, TransferFunction};
 use cvr_core::shader::{Binding, BindingKind, GeneratedShader};
+use wgpu::util::DeviceExt as _;
 
 use crate::{Device, EngineError, VolumeTexture};
 
@@ -169,8 +170,6 @@ fn resident(
     supplies: &Supplies<'_>,
     parts: &mut Parts,
 ) -> Result<Resident, EngineError> {
-    let missing =
-        |what: &str| EngineError::Unsupported(format!("the shader reads {what}, which the plan lacks"));
     let storage = wgpu::BufferUsages::STORAGE;
     Ok(match &binding.kind {
         BindingKind::View
@@ -179,16 +178,18 @@ fn resident(
         | BindingKind::Slabs
         | BindingKind::Colour
         | BindingKind::OpacityTable
-        | BindingKind::TransferTable
+        | BindingKind::TransferSegments(_)
         | BindingKind::Macrocells => {
-            let input = supplies.inputs.iter().find(|input| input.kind == binding.kind);
-            let input = input.filter(|input| !input.contents.is_empty());
-            let input = input.ok_or_else(|| missing(&format!("{:?}", binding.kind)))?;
+            let input = input_of(&binding.kind, supplies.inputs)?;
             let usage = if binding.kind.is_uniform() { wgpu::BufferUsages::UNIFORM } else { storage };
             // Structs end on a multiple of 16 bytes.
             let mut contents = input.contents.clone();
             contents.resize(contents.len().next_multiple_of(16), 0);
             Resident::Buffer(device.filled_buffer("input", usage, &contents)?)
+        }
+        BindingKind::TransferTable => {
+            let input = input_of(&binding.kind, supplies.inputs)?;
+            Resident::Texture(table(device, &input.contents))
         }
         BindingKind::Slab(_) => Resident::Buffer(supplies.slab.ok_or_else(|| missing("`slab`"))?.clone()),
         BindingKind::Dumped => {
@@ -241,6 +242,36 @@ fn resident(
     })
 }
 
+fn missing(what: &str) -> EngineError {
+    EngineError::Unsupported(format!("the shader reads {what}, which the plan lacks"))
+}
+
+/// What the plan holds of a kind; not nothing.
+fn input_of<'a>(kind: &BindingKind, inputs: &'a [Input]) -> Result<&'a Input, EngineError> {
+    let input = inputs.iter().find(|input| input.kind == *kind);
+    input.filter(|input| !input.contents.is_empty()).ok_or_else(|| missing(&format!("{kind:?}")))
+}
+
+/// The table of a transfer function.
+fn table(device: &Device, contents: &[u8]) -> wgpu::TextureView {
+    let format = wgpu::TextureFormat::Rgba32Float;
+    let height = TransferFunction::TABLE_ROWS as u32;
+    let width = contents.len() as u32 / (height * size_of::<[f32; 4]>() as u32);
+    let descriptor = wgpu::TextureDescriptor {
+        label: Some("transfer function"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    };
+    let order = wgpu::util::TextureDataOrder::LayerMajor;
+    let texture = device.wgpu().create_texture_with_data(device.queue(), &descriptor, order, contents);
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
 /// Words `first..first + words`; an empty buffer has one part, of no words or of the one zero word.
 fn part_of(all: &[u32], first: u64, words: u64) -> Option<&[u32]> {
     if all.is_empty() {
@@ -260,6 +291,11 @@ fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::Bind
         BindingKind::Image | BindingKind::Progress | BindingKind::Dump | BindingKind::Texels(_) => {
             buffer(wgpu::BufferBindingType::Storage { read_only: false })
         }
+        BindingKind::TransferTable => wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
         BindingKind::VolumeTexture { filterable } => wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Float { filterable },
             view_dimension: wgpu::TextureViewDimension::D3,

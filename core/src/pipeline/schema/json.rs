@@ -147,7 +147,10 @@ fn shape(of: &Shape) -> Json {
             .with("items", Json::List(items.iter().map(shape).collect()))
             .with("additionalItems", false)
             .with("minItems", items.len() as i64),
-        Shape::List { item, least } => array(shape(item), *least),
+        Shape::List { item, least, most } => {
+            let list = array(shape(item), *least);
+            most.iter().fold(list, |list, most| list.with("maxItems", *most as i64))
+        }
         Shape::Axis(item) => any(vec![shape(item), array(shape(item), 1).with("uniqueItems", true)]),
         Shape::Sweep(item) => any(vec![shape(item), array(shape(item), 1)]),
         Shape::Any(shapes) => any(shapes.iter().map(shape).collect()),

@@ -119,7 +119,10 @@ fn value(shape: &Shape) -> String {
         Shape::Colour { opacity: true } => "`\"#rrggbb\"` or `\"#rrggbbaa\"`".to_owned(),
         Shape::Setting(kind) => kind.describe(),
         Shape::Tuple(items) => tuple(items),
-        Shape::List { item, least } => format!("a list of at least {least} × {}", value(item)),
+        Shape::List { item, least, most: None } => format!("a list of at least {least} × {}", value(item)),
+        Shape::List { item, least, most: Some(most) } => {
+            format!("a list of {least} to {most} × {}", value(item))
+        }
         Shape::Axis(item) => format!("one or a list, none twice: {}", value(item)),
         Shape::Sweep(item) => format!("one or a list: {}", value(item)),
         Shape::Any(shapes) => shapes.iter().map(value).collect::<Vec<_>>().join("; or "),

@@ -2,7 +2,7 @@
 
 use super::shape::{Bounds, Key, Presence, Relation, Shape, Table};
 use crate::pipeline::Scene;
-use crate::render::{Camera, ColourOpacity, Light, Preset, Projection, Shading};
+use crate::render::{Camera, ColourOpacity, Light, Preset, Projection, Shading, TransferFunction};
 
 /// A number of single precision as it was written.
 fn single(x: f32) -> f64 {
@@ -49,7 +49,8 @@ pub(super) fn table() -> Table {
             "transfer_function",
             transfer_function(),
             "Control points [value, \"#rrggbbaa\"] in ascending order, straight RGBA, the opacity that of one voxel \
-             length, linear in between; or the name of a preset",
+             length; exactly linear in between, however narrow, and constant beyond. Two points of one value are a step, \
+             at the value the later one holds. Or the name of a preset",
         ),
         Key::new(
             "transfer_function_domain",
@@ -110,7 +111,8 @@ pub(super) fn table() -> Table {
 fn transfer_function() -> Shape {
     let point = Shape::Tuple(vec![Shape::Number(Bounds::SINGLE), Shape::Colour { opacity: true }]);
     let presets = Preset::ALL.iter().map(|preset| word(preset.name, preset.doc)).collect();
-    Shape::Any(vec![Shape::Words(presets), Shape::List { item: Box::new(point), least: 2 }])
+    let list = Shape::List { item: Box::new(point), least: 2, most: Some(TransferFunction::MAX_POINTS) };
+    Shape::Any(vec![Shape::Words(presets), list])
 }
 
 fn opacity_table() -> Table {

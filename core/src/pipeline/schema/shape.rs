@@ -67,10 +67,11 @@ pub(super) enum Shape {
     Setting(SettingKind),
     /// A list of exactly these.
     Tuple(Vec<Self>),
-    /// A list of at least so many; with names for what stands in it.
+    /// A list of at least so many, and at most so many if that is said; with names for what stands in it.
     List {
         item: Box<Self>,
         least: usize,
+        most: Option<usize>,
     },
     /// One value, or a list of at least one, none twice.
     Axis(Box<Self>),

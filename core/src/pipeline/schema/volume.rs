@@ -24,7 +24,7 @@ pub(super) fn tables(known: &Known<'_>) -> Vec<(String, Table)> {
         "A file of any format that `docs/inputs.md` lists, a folder of slices, or a pattern like `step*.raw` whose files \
          are frames; `$NAME` stands for an environment variable",
     );
-    let list = Shape::List { item: Box::new(Shape::Path), least: 1 };
+    let list = Shape::List { item: Box::new(Shape::Path), least: 1, most: None };
     let files = Key::required("files", list, "Files, folders or patterns whose frames follow each other");
     let generators = known.generators.iter().map(|&name| (name.to_owned(), String::new())).collect();
     let generate = Key::required(

@@ -395,3 +395,22 @@ fn a_volume_that_no_scene_draws() {
       = add a `[[scene]]` without `volumes`, or name the volume in one
     "#);
 }
+
+#[test]
+fn a_transfer_function_of_too_many_points() {
+    let function = EXAMPLE.lines().find(|l| l.starts_with("transfer_function")).unwrap();
+    let points = |n: u32| {
+        let points: Vec<_> = (0..n).map(|i| format!("[{i}, \"#00000000\"],\n")).collect();
+        format!("transfer_function = [\n{}]", points.concat())
+    };
+    read(&EXAMPLE.replace(function, &points(4096)), &[]).unwrap();
+    insta::assert_snapshot!(errors(&[(function, &points(4098))]), @r##"
+    error: a transfer function has at most 4096 control points, this has 4098
+         ┌─ x.toml:4122:1
+         │
+    4122 │ [4096, "#00000000"],
+         │ ^^^^^^^^^^^^^^^^^^^ one too many
+         │
+         = leave out points that lie on the line between their neighbours
+    "##);
+}

@@ -5,7 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::pipeline::document::{Node, Value};
 use crate::pipeline::read::Fields;
 use crate::pipeline::scene::TransferDomain;
-use crate::render::{ControlPoint, Preset};
+use crate::render::{ControlPoint, Preset, TransferFunction};
 
 /// Control points, and what their values mean.
 pub(super) fn read(fields: &Fields<'_>) -> Result<(Vec<ControlPoint>, TransferDomain), Diagnostic> {
@@ -33,6 +33,14 @@ fn control_points(node: &Node, domain: TransferDomain) -> Result<Vec<ControlPoin
     const POINT: &str = "a control point, [value, \"#rrggbbaa\"]";
     let nodes =
         node.list("a list of control points, [[value, \"#rrggbbaa\"], …], or the name of a preset")?;
+    let most = TransferFunction::MAX_POINTS;
+    if let Some(beyond) = nodes.get(most) {
+        let message =
+            format!("a transfer function has at most {most} control points, this has {}", nodes.len());
+        return Err(beyond
+            .error(message, "one too many")
+            .with_note("leave out points that lie on the line between their neighbours"));
+    }
     let mut points: Vec<ControlPoint> = Vec::new();
     let mut before: Option<&Node> = None;
     for item in nodes {

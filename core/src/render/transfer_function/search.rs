@@ -1,0 +1,140 @@
+//! How a shader finds the segment of a value without a loop.
+
+/// How a shader finds the segment that a value lies in. What this says is structure and stands in the shader's text; the
+/// values themselves lie in buffers.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum SegmentSearch {
+    /// It compares with every point; they lie in a uniform.
+    Every {
+        /// Points in fours, the last one repeated.
+        fours: u32,
+    },
+    /// A guide of equal cells over the domain names the points that a cell may hold.
+    Guide,
+    /// A tree of four values in each node.
+    Tree {
+        /// Nodes from the root to a leaf.
+        levels: u32,
+    },
+}
+
+impl SegmentSearch {
+    /// Most points that are all compared with.
+    const EVERY: usize = 8;
+    /// Points that a cell of a guide names.
+    const NAMED: usize = 3;
+    /// Cells that a guide may have.
+    const CELLS: [usize; 3] = [1024, 4096, 8192];
+    /// A shader may round a value by less than this into the cell beside its own, in cells.
+    const APRON: f64 = 0.01;
+    /// Magnitude and width of the domains that a guide may have: within, a shader's position in cells cannot overflow or
+    /// vanish.
+    const MAGNITUDE: f32 = 1e37;
+    const WIDTH: f64 = 1e-30;
+    /// The last segment that a tree may name, which is that beyond all points.
+    pub const TREE_END: usize = super::TransferFunction::MAX_POINTS + 1;
+
+    /// The cheapest for these values, which do not decrease.
+    pub(super) fn of(values: &[f32]) -> Self {
+        if values.len() <= Self::EVERY {
+            return Self::Every { fours: values.len().div_ceil(4) as u32 };
+        }
+        if guide(values).is_some() {
+            return Self::Guide;
+        }
+        let mut levels = 1;
+        while keys_of(levels) < values.len() {
+            levels += 1;
+        }
+        Self::Tree { levels }
+    }
+
+    /// The last segment that the search may name. Those beyond the last point are all alike.
+    pub(super) fn last_segment(self, points: usize) -> usize {
+        match self {
+            Self::Every { fours } => 4 * fours as usize,
+            Self::Guide => points + Self::NAMED,
+            Self::Tree { levels } => keys_of(levels).min(Self::TREE_END),
+        }
+    }
+
+    /// Whether it reads a uniform.
+    #[must_use]
+    pub const fn has_uniform(self) -> bool {
+        !matches!(self, Self::Tree { .. })
+    }
+
+    pub(super) fn uniform(self, values: &[f32]) -> Vec<[f32; 4]> {
+        match self {
+            Self::Every { fours } => {
+                (0..fours as usize).map(|i| std::array::from_fn(|k| key(values, 4 * i + k))).collect()
+            }
+            Self::Guide => {
+                let (first, last) = (values[0], key(values, values.len()));
+                let cells = guide(values).map_or(0, |cells| cells.len());
+                let per_unit = cells as f64 / (f64::from(last) - f64::from(first));
+                vec![[first, last, per_unit as f32, cells as f32 - 1.0]]
+            }
+            Self::Tree { .. } => Vec::new(),
+        }
+    }
+
+    /// Texels of the table's first row.
+    pub(super) fn texels(self, values: &[f32]) -> Vec<[f32; 4]> {
+        match self {
+            Self::Every { .. } => Vec::new(),
+            Self::Guide => {
+                let named = |below: usize| [0, 1, 2].map(|k| key(values, below + k));
+                let cell = |below: usize| {
+                    let [a, b, c] = named(below);
+                    [below as f32, a, b, c]
+                };
+                guide(values).into_iter().flatten().map(cell).collect()
+            }
+            Self::Tree { levels } => {
+                let level = |depth: u32| {
+                    let apart = 5_usize.pow(levels - 1 - depth);
+                    let node =
+                        move |i: usize| std::array::from_fn(|k| key(values, (5 * i + k + 1) * apart - 1));
+                    (0..5_usize.pow(depth)).map(node)
+                };
+                (0..levels).flat_map(level).collect()
+            }
+        }
+    }
+}
+
+/// Values in a tree of so many levels.
+const fn keys_of(levels: u32) -> usize {
+    5_usize.pow(levels) - 1
+}
+
+/// Value `i`, or the last one.
+fn key(values: &[f32], i: usize) -> f32 {
+    values[i.min(values.len() - 1)]
+}
+
+/// Of each cell how many values lie below it for certain, however its position is rounded; `None` where no guide has cells
+/// so small that none holds more values than it can name.
+fn guide(values: &[f32]) -> Option<Vec<usize>> {
+    let ends = [values[0], values[values.len() - 1]];
+    let [first, last] = ends.map(f64::from);
+    if ends.iter().any(|end| end.abs() > SegmentSearch::MAGNITUDE) || last - first < SegmentSearch::WIDTH {
+        return None;
+    }
+    SegmentSearch::CELLS.into_iter().find_map(|cells| {
+        let position = |value: f32| (f64::from(value) - first) / (last - first) * cells as f64;
+        let (mut below, mut reached) = (0, 0);
+        let cell = |cell: usize| {
+            let (begin, end) = (cell as f64 - SegmentSearch::APRON, (cell + 1) as f64 + SegmentSearch::APRON);
+            while below < values.len() && position(values[below]) < begin {
+                below += 1;
+            }
+            while reached < values.len() && position(values[reached]) <= end {
+                reached += 1;
+            }
+            (reached - below <= SegmentSearch::NAMED).then_some(below)
+        };
+        (0..cells).map(cell).collect()
+    })
+}
