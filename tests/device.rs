@@ -22,6 +22,7 @@ mod device {
     mod ray_pieces;
     mod refusal;
     mod ring;
+    mod rounds;
     mod runs;
     mod scenes;
     mod seams;

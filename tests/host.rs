@@ -9,8 +9,10 @@ mod host {
     mod cli;
     mod combinations;
     mod configs;
+    mod copies;
     mod external;
     mod folder;
+    mod forms;
     mod frame_passes;
     mod frames;
     mod golden;

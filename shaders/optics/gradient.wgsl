@@ -1,5 +1,12 @@
-// Change of the height (the value, or what of a colour decides) per voxel length along x, y, z of the world, by central
-// differences one voxel apart.
+// A point and its neighbours, each sampled in its own place of the text.
+fn surface_at(x: vec3<f32>) -> Surface {
+    var surface = Surface(classify(volume_sample(x)), vec3<f32>(0.0));
+    if surface.colour.a > 0.0 {
+        surface.gradient = gradient(x);
+    }
+    return surface;
+}
+
 fn gradient(x: vec3<f32>) -> vec3<f32> {
     var difference: vec3<f32>;
     for (var axis = 0u; axis < 3u; axis++) {

@@ -10,10 +10,19 @@ struct Lighting {
     flat_gradient: f32,
 }
 
+// What light falls on.
+struct Surface {
+    colour: vec4<f32>,
+    // Change of the height (the value, or what of a colour decides) per voxel length along x, y, z of the world, by central
+    // differences one voxel apart; zero where nothing shows.
+    gradient: vec3<f32>,
+}
+
 fn optical(x: vec3<f32>, direction: vec3<f32>) -> vec4<f32> {
-    let colour = classify(volume_sample(x));
-    if colour.a <= 0.0 {
-        return colour;
+    let surface = surface_at(x);
+    if surface.colour.a <= 0.0 {
+        return surface.colour;
     }
-    return vec4<f32>(blinn_phong(colour.rgb, gradient(x), -direction * view.voxel_size), colour.a);
+    let rgb = blinn_phong(surface.colour.rgb, surface.gradient, -direction * view.voxel_size);
+    return vec4<f32>(rgb, surface.colour.a);
 }

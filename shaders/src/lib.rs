@@ -9,7 +9,7 @@
 //! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, drawn_now, may_show, optical, slice_opacity, added
 //! slicing/checked.wgsl        → loops_run
 //! view/view.wgsl              → camera_ray, bounds_low, bounds_high
-//! optics/*.wgsl               → volume_sample, classify, height
+//! optics/*.wgsl               → volume_sample, classify, height, surface_at
 //! classify/*.wgsl             → transfer, height, transfer_segment (a module, or generated), transfer_texel, keys_passed
 //! skipping/next_sample.wgsl   → may_show
 //! filter/*.wgsl               → voxel_fetch, voxel_cell
@@ -53,6 +53,8 @@ templates! {
     TRILINEAR = "filter/trilinear.wgsl";
     /// Trilinear over eight fetches.
     FILTER_LINEAR = "filter/linear.wgsl";
+    /// The same through one call in a loop.
+    FILTER_LINEAR_LOOPED = "filter/linear_looped.wgsl";
     /// Trilinear over one `fetch_cell`.
     FILTER_LINEAR_CELL = "filter/linear_cell.wgsl";
     /// Trilinear by the texture unit.
@@ -103,6 +105,8 @@ templates! {
     OPTICS_LIT = "optics/lit.wgsl";
     /// Central differences.
     GRADIENT = "optics/gradient.wgsl";
+    /// The same through one call in a loop.
+    GRADIENT_LOOPED = "optics/gradient_looped.wgsl";
     /// The light on a surface.
     BLINN_PHONG = "optics/blinn_phong.wgsl";
     /// What macrocells say of a point.

@@ -21,6 +21,7 @@ use cvr_core::volume::{Axis, FrameIndex, Level, SampleType};
 use rayon::prelude::*;
 
 use super::configs::COMPARE;
+use super::copies::{decoders, held};
 use super::volumes::{opened, varied};
 
 /// No multiple of any block.
@@ -208,7 +209,10 @@ fn pictures(
                         };
                         let drawn = shader(renderer.as_ref(), &view, decoder.as_ref(), &source);
                         let outcome = match decoded.and(drawn) {
-                            Ok(_) => "generated".to_owned(),
+                            Ok(shader) => {
+                                held(&cell.codec, &shader).unwrap_or_else(|e| panic!("{}: {e}", cell.id()));
+                                "generated".to_owned()
+                            }
                             Err(problem) => problem,
                         };
                         let key = format!(
@@ -307,7 +311,8 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
         for (sample, channels) in SampleType::ALL.into_iter().flat_map(|s| [(s, 1), (s, 3)]) {
             let decoder = opened(codec.as_ref(), &cell.settings, &varied(SIZE, sample, channels));
             let pass = decode_pass(&cell.codec, decoder.as_ref());
-            pass.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
+            let pass = pass.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
+            assert!(decoders(&cell.codec, &pass) <= 1, "{}", cell.id());
             let passes = layer_passes(&cell.codec, decoder.as_ref());
             passes.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
             let dumps = [Some(cvr_shaders::DUMP), codec.info().fetch_cell.then_some(cvr_shaders::DUMP_CELL)];
@@ -321,8 +326,10 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
                     filter: None,
                     limits: BindingLimits::default(),
                 };
-                let made = generate(&request).map(|shader| shader.wgsl);
-                let text = made.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
+                let made = generate(&request);
+                let shader = made.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
+                assert_eq!(decoders(&cell.codec, &shader), 1, "{}", cell.id());
+                let text = shader.wgsl;
                 assert_eq!(text.contains("alias Voxel = vec3<f32>;"), channels == 3);
                 generated += 1;
             }

@@ -19,6 +19,7 @@ use cvr_core::volume::{FrameIndex, Level, SampleType};
 use rayon::prelude::*;
 
 use super::combinations::{interesting, source, view};
+use super::copies::held;
 use super::volumes::{opened, varied};
 
 /// What a view may have beside camera and colours.
@@ -171,7 +172,10 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
                 .par_iter()
                 .flat_map(|(key, (pass, filter, site, sampling))| {
                     let source = source(id, decoder.as_ref(), *site, *sampling);
-                    let made = |pass| made(&pass, *filter, decoder.as_ref(), &source).err();
+                    let made = |pass| {
+                        let shader = made(&pass, *filter, decoder.as_ref(), &source);
+                        shader.map_err(|e| e.to_string()).and_then(|shader| held(id, &shader)).err()
+                    };
                     let problems = and_in_pieces(pass).into_iter().filter_map(made);
                     problems.map(|e| format!("{id} {key}: {e}")).collect::<Vec<_>>()
                 })

@@ -7,6 +7,7 @@ use cvr_core::shader::TextureSampling;
 use cvr_core::volume::SampleType;
 
 use super::combinations::{shader, source, view};
+use super::copies::calls_of;
 use super::scene_combinations::{Optics, labels};
 use super::volumes::{opened, varied};
 
@@ -60,26 +61,6 @@ fn text_by(label: &str, scene: &Scene) -> String {
 /// The origins of the parts, in their order.
 fn parts(text: &str) -> Vec<&str> {
     text.lines().filter_map(|line| line.strip_prefix("// ==== ")).collect()
-}
-
-/// What a block calls, itself or in blocks within it.
-fn calls_of(block: &naga::Block, callees: &mut Vec<naga::Handle<naga::Function>>) {
-    for statement in block {
-        match statement {
-            naga::Statement::Call { function, .. } => callees.push(*function),
-            naga::Statement::Block(inner) => calls_of(inner, callees),
-            naga::Statement::If { accept, reject, .. } => {
-                [accept, reject].into_iter().for_each(|b| calls_of(b, callees));
-            }
-            naga::Statement::Loop { body, continuing, .. } => {
-                [body, continuing].into_iter().for_each(|b| calls_of(b, callees));
-            }
-            naga::Statement::Switch { cases, .. } => {
-                cases.iter().for_each(|case| calls_of(&case.body, callees));
-            }
-            _ => {}
-        }
-    }
 }
 
 /// Functions that nothing calls, directly or through others, from the entry point.

@@ -262,9 +262,16 @@ fn zfp_voxel(block: ptr<function, zfp_Block>, inside: vec3<u32>) -> f32 {
 fn zfp_fetch(p: vec3<i32>) -> vec4<f32> {
     let v = vec3<u32>(p);
     var out = vec4<f32>(0.0);
-    for (var c = 0u; c < zfp_channels; c++) {
+    var c = 0u;
+    // It ends with its last channel: a `for` would go through its body once more, with all lanes masked, on devices that
+    // have no jumps.
+    loop {
         var block = zfp_block(v / 4u, c);
         out[c] = zfp_voxel(&block, v % 4u);
+        c++;
+        if c >= zfp_channels {
+            break;
+        }
     }
     return out;
 }

@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 
 use super::accessors::{Access, Accessors};
 use super::generate::validate;
+use super::inlined;
 use super::lint::{self, Role, Snippet};
 use super::origin::Mapped;
 use super::text::{self, Text};
 use super::tokens::mentions;
-use super::{BindingKind, BindingLimits, GeneratedShader, ShaderError, Source};
+use super::{BindingKind, BindingLimits, Form, GeneratedShader, ShaderError, Source};
 use crate::codec::{FramePass, FramePasses, Scratch};
 use crate::volume::{FrameIndex, Level, VolumeLayout};
 
@@ -139,7 +140,8 @@ fn generate_pass(
     lint::contract(&snippet, &parsed, &mapped)?;
     validate(&parsed, &mapped)?;
     let Text { wgsl, segments } = out;
-    Ok(GeneratedShader { wgsl, segments, bindings, entry })
+    let inlined_operations = inlined::operations(&parsed, &entry, &[]);
+    Ok(GeneratedShader { wgsl, segments, bindings, entry, form: Form::Unrolled, inlined_operations })
 }
 
 /// What the generator declares for a pass, in words; no two of them have one name, and no buffer has two.

@@ -3,11 +3,13 @@
 use cvr_shaders as shaders;
 
 use super::accessors::{self, Access, Accessors};
+use super::form::MOST_INLINED_OPERATIONS;
+use super::inlined;
 use super::lint::{self, Role, Snippet};
 use super::origin::Mapped;
 use super::segments;
 use super::text::{self, Text};
-use super::{Binding, BindingKind, GeneratedShader, Request, ShaderError, Source, TextureSampling};
+use super::{Binding, BindingKind, Form, GeneratedShader, Request, ShaderError, Source, TextureSampling};
 use crate::codec::TexelFormat;
 use crate::render::Filter;
 
@@ -17,6 +19,18 @@ use crate::render::Filter;
 /// When a template or snippet does not parse, the snippet breaks its contract, or the device's limits do not
 /// suffice. The message points at the author's own file, line and column.
 pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
+    let mut shader = in_form(request, Form::Unrolled)?;
+    for form in Form::looped(request) {
+        if shader.inlined_operations <= MOST_INLINED_OPERATIONS {
+            break;
+        }
+        shader = in_form(request, form)?;
+    }
+    Ok(shader)
+}
+
+/// The shader in one of its forms.
+fn in_form(request: &Request<'_>, form: Form) -> Result<GeneratedShader, ShaderError> {
     let mut out = Text::default();
     out.generated("the volume", &text::volume_constants(request.layout));
     let calls = |function: &str| request.templates.iter().any(|t| t.source.contains(function));
@@ -31,7 +45,7 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
     let (declarations, mut bindings) = text::template_bindings(request.bindings);
     out.generated("bindings of the template", &declarations);
     for template in request.templates {
-        out.template(*template);
+        out.template(form.of(*template));
     }
     for kind in request.bindings {
         match kind {
@@ -41,7 +55,7 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
             _ => {}
         }
     }
-    filter(&mut out, request)?;
+    filter(&mut out, request, form)?;
 
     let mut snippet = None;
     match &request.source {
@@ -108,7 +122,7 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
             }
         }
     }
-    prove(out, request, snippet.as_ref(), bindings)
+    prove(out, (request, form), snippet.as_ref(), bindings)
 }
 
 /// Storage buffers among the template's bindings.
@@ -136,7 +150,7 @@ fn provided(source: &Source<'_>) -> String {
 }
 
 /// Appends the modules of the filter.
-fn filter(out: &mut Text, request: &Request<'_>) -> Result<(), ShaderError> {
+fn filter(out: &mut Text, request: &Request<'_>, form: Form) -> Result<(), ShaderError> {
     let decoded = !matches!(request.source, Source::Inline { .. });
     let hardware = match request.source {
         Source::Texture { sampling: TextureSampling::Hardware, padded, .. } => Some(match padded {
@@ -153,7 +167,7 @@ fn filter(out: &mut Text, request: &Request<'_>) -> Result<(), ShaderError> {
             Some(by_texture_unit) => out.template(by_texture_unit),
             None => {
                 out.template(shaders::TRILINEAR);
-                out.template(shaders::FILTER_LINEAR);
+                out.template(form.of(shaders::FILTER_LINEAR));
             }
         },
         Some(Filter::OptimisedLinear) if decoded => {
@@ -172,7 +186,7 @@ fn filter(out: &mut Text, request: &Request<'_>) -> Result<(), ShaderError> {
 /// Parses, lints, validates.
 fn prove(
     out: Text,
-    request: &Request<'_>,
+    (request, form): (&Request<'_>, Form),
     snippet: Option<&Snippet<'_>>,
     bindings: Vec<Binding>,
 ) -> Result<GeneratedShader, ShaderError> {
@@ -190,8 +204,14 @@ fn prove(
         return Err(ShaderError(format!("the template declares no entry point `{}`", request.entry)));
     }
     validate(&module, &mapped)?;
+    let decoders = match &request.source {
+        Source::Inline { codec, .. } => vec![format!("{codec}_fetch"), format!("{codec}_fetch_cell")],
+        _ => Vec::new(),
+    };
+    let inlined_operations = inlined::operations(&module, request.entry, &decoders);
     let Text { wgsl, segments } = out;
-    Ok(GeneratedShader { wgsl, segments, bindings, entry: request.entry.to_owned() })
+    let entry = request.entry.to_owned();
+    Ok(GeneratedShader { wgsl, segments, bindings, entry, form, inlined_operations })
 }
 
 /// Holds a module to the rules of WGSL, without any extension.

@@ -6,8 +6,10 @@
 
 mod accessors;
 mod deferred;
+mod form;
 mod frame_pass;
 mod generate;
+mod inlined;
 mod lint;
 mod origin;
 mod request;
@@ -18,6 +20,7 @@ mod text;
 mod tokens;
 
 pub use deferred::{DeferredError, DeferredShaders, generate_decode, voxels_per_invocation};
+pub use form::{Form, MOST_INLINED_OPERATIONS};
 pub use frame_pass::{PassShader, generate_passes};
 pub use generate::generate;
 pub use origin::{Origin, Segment, ShaderError};

@@ -1,6 +1,6 @@
 //! What the generator is asked, and what it answers.
 
-use super::Segment;
+use super::{Form, Segment};
 use crate::codec::{DecodedForm, Resource, TexelFormat, WgslModule};
 use crate::render::{Filter, SegmentSearch, Template};
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
@@ -230,4 +230,9 @@ pub struct GeneratedShader {
     pub bindings: Vec<Binding>,
     /// Entry point.
     pub entry: String,
+    /// How often the voxel source stands in the text once calls are replaced by what they call.
+    pub form: Form,
+    /// Statements and expressions that are left of the text then, those in inner loops of the decoder counted eightfold: what it
+    /// takes a software rasteriser to compile.
+    pub inlined_operations: u64,
 }

@@ -1,6 +1,6 @@
 //! Every value goes through a texture of every format and comes back.
 
-use cvr_core::shader::{Binding, BindingKind, GeneratedShader};
+use cvr_core::shader::{Binding, BindingKind, Form, GeneratedShader};
 use cvr_core::volume::{Extent, SampleType};
 
 use super::*;
@@ -34,6 +34,8 @@ fn load_all(device: &Device, volume: &VolumeTexture) -> Vec<f32> {
             Binding { group: 1, binding: 0, kind: BindingKind::VolumeTexture { filterable } },
         ],
         entry: "load".to_owned(),
+        form: Form::Unrolled,
+        inlined_operations: 0,
     };
     let supplies = Supplies { texture: Some(volume), ..Supplies::default() };
     device.run_dump(&shader, supplies, extent, channels).unwrap()

@@ -1,0 +1,59 @@
+//! How often a codec's decoder stands in a shader once calls are replaced by what they call, as software rasterisers compile
+//! it.
+
+use cvr_core::shader::{GeneratedShader, MOST_INLINED_OPERATIONS};
+
+/// What a block calls, itself or in blocks within it.
+pub fn calls_of(block: &naga::Block, callees: &mut Vec<naga::Handle<naga::Function>>) {
+    for statement in block {
+        match statement {
+            naga::Statement::Call { function, .. } => callees.push(*function),
+            naga::Statement::Block(inner) => calls_of(inner, callees),
+            naga::Statement::If { accept, reject, .. } => {
+                [accept, reject].into_iter().for_each(|b| calls_of(b, callees));
+            }
+            naga::Statement::Loop { body, continuing, .. } => {
+                [body, continuing].into_iter().for_each(|b| calls_of(b, callees));
+            }
+            naga::Statement::Switch { cases, .. } => {
+                cases.iter().for_each(|case| calls_of(&case.body, callees));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Copies of a function in the entry point of a text: over all ways of calls that lead to it, loops counted once.
+pub fn copies(text: &str, entry: &str, name: &str) -> u64 {
+    let module = naga::front::wgsl::parse_str(text).unwrap();
+    // A function stands behind all that it calls.
+    let mut of_functions: Vec<u64> = Vec::new();
+    let called = |function: &naga::Function, of_functions: &[u64]| {
+        let mut callees = Vec::new();
+        calls_of(&function.body, &mut callees);
+        callees.iter().map(|callee| of_functions[callee.index()]).sum::<u64>()
+    };
+    for (_, function) in module.functions.iter() {
+        let itself = u64::from(function.name.as_deref() == Some(name));
+        of_functions.push(itself + called(function, &of_functions));
+    }
+    let entry = module.entry_points.iter().find(|e| e.name == entry).unwrap();
+    called(&entry.function, &of_functions)
+}
+
+/// Copies of a codec's `fetch` and `fetch_cell`.
+pub fn decoders(codec: &str, shader: &GeneratedShader) -> u64 {
+    ["fetch", "fetch_cell"]
+        .map(|function| copies(&shader.wgsl, &shader.entry, &format!("{codec}_{function}")))
+        .into_iter()
+        .sum()
+}
+
+/// The promise of the generator: a decoder stands in a shader once, or else the whole shader is short.
+pub fn held(codec: &str, shader: &GeneratedShader) -> Result<(), String> {
+    let (copies, operations) = (decoders(codec, shader), shader.inlined_operations);
+    if copies > 1 && operations > MOST_INLINED_OPERATIONS {
+        return Err(format!("{copies} copies of `{codec}` in {operations} operations"));
+    }
+    Ok(())
+}
