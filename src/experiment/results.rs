@@ -34,7 +34,8 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads a `results.json`. Records of versions that had no series get it. PSNR that is `null` beside a maximum error of 0, or an SSIM of 1, is infinite again.
+    /// Reads a `results.json`. Records of versions that had no series get it. PSNR that is `null` beside a maximum
+    /// error of 0, or an SSIM of 1, is infinite again.
     ///
     /// # Errors
     /// When the file cannot be read or is none.
@@ -66,7 +67,8 @@ fn restore_infinities(record: &mut Record) {
     for (psnr, infinite) in [
         (&mut record.psnr_db, lossless),
         (&mut record.image_psnr_db, identical(record.image_ssim)),
-        (&mut record.image_psnr_whole_db, identical(record.image_ssim_whole)),
+        // Small pictures have no SSIM of the whole frame.
+        (&mut record.image_psnr_whole_db, identical(record.image_ssim)),
         (&mut record.codec_image_psnr_db, identical(record.codec_image_ssim)),
     ] {
         if psnr.is_none() && infinite {
@@ -194,7 +196,8 @@ pub(crate) mod tests {
         assert!(
             header.contains(
                 ",psnr_blue_db,first_frame,last_frame,frame_figures,error_histogram,mean_abs_error,"
-            ) && header.ends_with(",codec_image_ms_ssim,codec_image_flip,series\n")
+            ) && header
+                .ends_with(",codec_image_ms_ssim,codec_image_flip,series,visible_pixels,payload_bytes\n")
                 && header.lines().count() == 1
         );
         assert!(to_csv(&[record("v", "raw")]).unwrap().starts_with(&header));

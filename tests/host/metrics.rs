@@ -66,6 +66,10 @@ fn figures_of_a_run_agree_with_each_other() {
         if record.scene == "nowhere" {
             // No value reaches the ramp.
             assert_eq!((record.isosurface_distance_voxels, record.image_ms_ssim), (None, None));
+            assert_eq!(
+                (record.image_psnr_db, record.image_ssim, record.visible_pixels),
+                (None, None, Some(0))
+            );
             continue;
         }
         let (lossless, blocks) = (record.codec == "raw", record.block_discontinuity);
