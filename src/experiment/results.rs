@@ -64,11 +64,15 @@ fn restore_infinities(record: &mut Record) {
     let lossless = record.max_abs_error == Some(0.0);
     // SSIM 1, and not any SSIM: a picture that holds NaN has a PSNR of −∞, which is `null` too.
     let identical = |ssim: Option<f64>| ssim == Some(1.0);
+    // Pictures below 11 pixels have no SSIM of the whole frame.
+    let small = record.image_ssim_whole.is_none() && record.visible_pixels > Some(0);
     for (psnr, infinite) in [
         (&mut record.psnr_db, lossless),
         (&mut record.image_psnr_db, identical(record.image_ssim)),
-        // Small pictures have no SSIM of the whole frame.
-        (&mut record.image_psnr_whole_db, identical(record.image_ssim)),
+        (
+            &mut record.image_psnr_whole_db,
+            identical(record.image_ssim_whole) || small && identical(record.image_ssim),
+        ),
         (&mut record.codec_image_psnr_db, identical(record.codec_image_ssim)),
     ] {
         if psnr.is_none() && infinite {
@@ -165,7 +169,9 @@ pub(crate) mod tests {
             notes: Some("a, b; \"c\"".into()),
             ..record("v", "raw")
         };
-        let records = [lossless.clone(), record("v", "raw")];
+        let small =
+            Record { image_psnr_whole_db: Some(f64::INFINITY), visible_pixels: Some(9), ..lossless.clone() };
+        let records = [lossless.clone(), record("v", "raw"), small];
         write_json(&path, &Provenance::default(), &records, &[]).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains("\"psnr_db\": null"));
