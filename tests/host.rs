@@ -6,6 +6,7 @@ mod haar;
 
 mod host {
     mod adversarial;
+    mod blank;
     mod cli;
     mod combinations;
     mod configs;

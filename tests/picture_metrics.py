@@ -4,24 +4,16 @@
     python tests/picture_metrics.py
 
 MS-SSIM: `tf.image.ssim_multiscale` of TensorFlow 2.21 on luma of full scale 1. FLIP: the authors' own program, as the
-package `flip-evaluator` 1.7. The pictures are painted in integers, as `painted` in `core/src/metrics/image/tests.rs`
-does; the numbers stand in the tests beside `ms_ssim.rs` and `flip.rs`.
+package `flip-evaluator` 1.7. The pictures are those of `painted.py`; the numbers stand in the tests beside `ms_ssim.rs`
+and `flip.rs`. Those of SSIM are of `picture_ssim.py`.
 """
 
 import flip_evaluator
 import numpy as np
 import tensorflow as tf
+from painted import painted
 
 EXPONENTS = np.array([0.0448, 0.2856, 0.3001, 0.2363, 0.1333])
-
-
-def painted(width, height):
-    x, y = np.meshgrid(np.arange(width), np.arange(height))
-    wave = lambda n: np.minimum(np.abs(n % 512 - 256), 255)
-    fine = np.stack([wave(5 * x + 2 * y), wave(3 * x - 4 * y + 80), wave(x * x // 16 + 9 * y)], axis=-1)
-    lift = np.where((x % 40 < 12) & (y % 50 < 20), 24, 0)[..., None]
-    coarse = np.minimum(fine // 32 * 32 + 16 + lift, 255)
-    return [(rgb / 255).astype(np.float32) for rgb in (fine, coarse)]
 
 
 def ms_ssim(a, b):

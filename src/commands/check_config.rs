@@ -7,12 +7,16 @@ use cvr_core::pipeline::{Capabilities, Resolution, resolve};
 
 use super::config_file::ConfigFile;
 use crate::exit::BadInput;
+use crate::experiment::preview::{Preview, preview};
 use crate::registry::Names;
 
 const EXAMPLES: &str = "\
 Examples:
   cvr check-config configs/compare.toml
   cvr check-config configs/compare.toml --set codec.s3dc.block=[2,4] --set pipeline.site=inline
+
+Scenes are held against their data, as far as volumes are small (16 million samples, 64 million in all; larger ones by
+their number type alone): a scene that shows nothing is a warning. Volumes that cannot be read here are no error.
 
 `cvr explain` says the same in groups, with the volumes, and estimates time and memory; `cvr schema` lets an editor
 check while you write.";
@@ -38,6 +42,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let resolution = resolve(&config.experiment, &names.known(), &Capabilities::default());
     say!("{}: {} cells", args.config.display(), resolution.cells.len());
     print_refused(&resolution);
+    let Preview { warnings, unchecked } = preview(&config.experiment, &resolution);
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    unchecked.iter().for_each(|problem| eprintln!("not held against data: {problem}"));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use cvr_core::pipeline::{Capabilities, Document, Experiment, FilePath, Volume, VolumeSource, resolve};
 
 use crate::exit::{BadInput, SOME_FAILED};
+use crate::experiment::blank;
 use crate::experiment::folder::{clear, lock};
 use crate::experiment::merge::{Identity, Source, merge};
 use crate::experiment::provenance::Provenance;
@@ -67,6 +68,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
             0 => {}
             missing => eprintln!("{missing} of {} cells of the experiment are in no folder", order.len()),
         }
+    }
+    for warning in blank::warnings(&results.records) {
+        eprintln!("warning: {warning}; its pictures are not judged");
     }
     say!("report: {}", out.join("report.html").display());
     Ok(if failed > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })

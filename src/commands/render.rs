@@ -13,6 +13,7 @@ use super::opened::{LevelArgs, Opened};
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::BadInput;
+use crate::experiment::blank;
 use crate::experiment::stage::{RAW, check_range};
 use crate::experiment::target::{Decoded, Target, VoxelSource};
 use crate::registry::{Names, renderer};
@@ -83,8 +84,13 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         _ => Decoded::Inline,
     };
     let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), frame: index, level, decoded };
-    let picture = target.picture(renderer.as_ref(), &scene.view(range, args.scene.filter)?, &source)?;
-    picture.image()?.write_png(&args.out, scene.background)?;
+    let view = scene.view(range, args.scene.filter)?;
+    let image = target.picture(renderer.as_ref(), &view, &source)?.image()?;
+    image.write_png(&args.out, scene.background)?;
+    if blank::is_blank(&image) {
+        let reason = blank::reason(&view, decoder.layout().channels);
+        eprintln!("warning: {} shows nothing: {reason}", args.out.display());
+    }
     say!("{}: {} on {}", args.out.display(), args.renderer, target.name());
     Ok(ExitCode::SUCCESS)
 }

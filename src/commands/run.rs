@@ -12,6 +12,7 @@ use super::check_config::print_refused;
 use super::config_file::ConfigFile;
 use super::volume_args::RawArgs;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
+use crate::experiment::blank;
 use crate::experiment::folder::lock;
 use crate::experiment::interrupt;
 use crate::experiment::machine;
@@ -118,6 +119,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         check_frames(&experiment, &volume.name, volume.volume.layout().frames)?;
     }
     read_tables(&mut experiment)?;
+    let warned = warn_of_blank_scenes(&experiment, &resolution, &volumes);
     // Only now: bad input leaves no empty folder behind.
     std::fs::create_dir_all(&folder).map_err(|e| BadInput(format!("{}: {e}", folder.display())))?;
     let _lock = lock(&folder).map_err(BadInput)?;
@@ -144,6 +146,8 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         let Outcome { taken_over, encodings, .. } = outcome;
         say!("{taken_over} of {} cells taken over; {encodings} encodings", resolution.cells.len());
     }
+    let warnings = blank::warnings(&outcome.records);
+    warnings.iter().filter(|text| !warned.contains(text)).for_each(|text| warn(text));
     summary(&folder, &outcome, &resolution, start);
     if outcome.missing > 0 {
         let command = machine::command_line();
@@ -158,6 +162,28 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
 fn load_all(experiment: &Experiment, needed: impl Fn(&str) -> bool) -> Result<Vec<LoadedVolume>, BadInput> {
     let needed = experiment.volumes.iter().filter(|v| needed(&v.name));
     Ok(needed.map(|v| load(v, experiment.seed)).collect::<Result<_, _>>()?)
+}
+
+/// Warns of scenes that show nothing whatever is drawn, before hours are spent on them; returns what was said.
+fn warn_of_blank_scenes(
+    experiment: &Experiment,
+    resolution: &Resolution,
+    volumes: &[LoadedVolume],
+) -> Vec<String> {
+    let mut warned = Vec::new();
+    for LoadedVolume { name, volume, .. } in volumes {
+        for scene in experiment.scenes_of(name) {
+            let drawn = resolution.cells.iter().any(|c| c.volume == *name && c.scene == scene.name);
+            let remark = blank::foreseen(scene, volume.layout().channels, volume.range());
+            warned.extend(remark.filter(|_| drawn).map(|remark| blank::warning(&scene.name, name, &remark)));
+        }
+    }
+    warned.iter().for_each(|text| warn(text));
+    warned
+}
+
+fn warn(text: &str) {
+    eprintln!("warning: {text}; its pictures are not judged");
 }
 
 /// Leaves the cells of these names; without any, all.

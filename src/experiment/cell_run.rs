@@ -55,6 +55,7 @@ pub fn record_encoding(record: &mut Record, encoded: &Encoded) {
     let voxels = record.voxels as f64;
     record.bits_per_voxel = Some(encoded.file_bytes as f64 * 8.0 / voxels);
     record.file_bytes = Some(encoded.file_bytes);
+    record.payload_bytes = Some(encoded.payload_bytes);
     record.encode_seconds = Some(encoded.encode_seconds);
     record.decode_seconds = Some(encoded.decode_seconds);
     record.decode_voxels_per_second = Some(voxels / encoded.decode_seconds.max(1e-9));
@@ -78,6 +79,9 @@ pub fn record_encoding(record: &mut Record, encoded: &Encoded) {
 /// step after the running one is such a failure.
 pub fn run(record: &mut Record, run: &FrameRun<'_>, stage: &mut Stage<'_>) -> Result<(), String> {
     let range = stage.frames();
+    if let Some(remark) = stage.shows_nothing() {
+        record.remark(remark);
+    }
     let (mut frames, mut errors) = (Vec::new(), Vec::new());
     let mut result = Ok(());
     for frame in range.iter() {

@@ -25,6 +25,8 @@ pub struct Encoded {
     pub level: Level,
     /// Bytes of the file.
     pub file_bytes: u64,
+    /// Bytes of its tensors.
+    pub payload_bytes: u64,
     /// Wall seconds to encode, file written and synced.
     pub encode_seconds: f64,
     /// Wall seconds to decode all frames on the CPU.
@@ -76,6 +78,7 @@ pub fn encode(
         decoder,
         level,
         file_bytes: stream.file_bytes(),
+        payload_bytes: stream.payload_bytes(),
         encode_seconds,
         decode_seconds,
         error,

@@ -41,6 +41,9 @@ pub struct FrameFigures {
     pub device_decode_ms: Option<f64>,
     /// Samples on which shader and CPU decoder disagree.
     pub parity_mismatches: Option<u64>,
+    /// Visible pixels of the reference; of 0, no figure of the picture is defined.
+    #[serde(default)]
+    pub visible_pixels: Option<u64>,
 }
 
 /// The figures of all frames of a volume; `drawn` are the records of those that the scene draws.
@@ -63,6 +66,7 @@ pub fn figures(errors: &[FrameError], drawn: &[Record]) -> Vec<FrameFigures> {
             relative_frame_time_iqr: drawn.relative_frame_time_iqr,
             device_decode_ms: drawn.device_decode_ms,
             parity_mismatches: drawn.parity_mismatches,
+            visible_pixels: drawn.visible_pixels,
         }
     };
     (0..).zip(errors).map(of_frame).collect()

@@ -140,12 +140,7 @@ impl PictureErrors {
     /// Enters the figures.
     pub fn enter(&self, record: &mut Record) {
         let Self { reference, raw } = self;
-        record.image_psnr_db = Some(reference.psnr_db);
-        record.image_ssim = Some(reference.ssim);
-        record.image_psnr_whole_db = Some(reference.psnr_whole_db);
-        record.image_ssim_whole = Some(reference.ssim_whole);
-        record.codec_image_psnr_db = Some(raw.psnr_db);
-        record.codec_image_ssim = Some(raw.ssim);
+        record.visible_pixels = Some(reference.visible_pixels);
         for (name, value) in reference.values(Against::Reference).chain(raw.values(Against::Raw)) {
             record.enter(name, value);
         }

@@ -1,5 +1,6 @@
 //! Experiments: cells run one by one, and the files in which their results last.
 
+pub mod blank;
 pub mod cell_file;
 pub mod cell_run;
 pub mod deferred;
@@ -18,6 +19,7 @@ pub mod latest;
 pub mod machine;
 pub mod merge;
 pub mod pool;
+pub mod preview;
 pub mod provenance;
 pub mod record;
 pub mod results;

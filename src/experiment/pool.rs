@@ -64,6 +64,7 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cvr_core::render::Image;
 
     fn frame(ms: f64, mismatches: u64, notes: &str) -> Record {
         Record {
@@ -79,22 +80,24 @@ mod tests {
     #[test]
     fn frames_become_one_cell() {
         let mut record = Record { notes: Some("a".to_owned()), ..Record::default() };
-        let errors = |psnr_db, visible_pixels| {
-            let mut error = ImageError::default();
-            (error.psnr_db, error.psnr_whole_db) = (psnr_db, psnr_db);
-            (error.ssim, error.ssim_whole) = (psnr_db / 40.0, 1.0);
-            error.visible_pixels = visible_pixels;
-            error
+        // Wrong by `error` where anything is visible.
+        let errors = |error: f32, visible: usize| {
+            let of = |tone: f32| {
+                let pixels = (0..400).map(|i| if i < visible { [tone, tone, tone, 1.0] } else { [0.0; 4] });
+                Image::from_pixels([20, 20], pixels.collect()).unwrap()
+            };
+            ImageError::compare(&of(0.5), &of(0.5 + error), [0.0; 3]).unwrap()
         };
         let both = |e| PictureErrors { reference: e, raw: e };
         let frames = [frame(2.0, 0, "a; b"), frame(9.0, 3, "a; c"), frame(4.0, 1, "b")];
-        enter(&mut record, &frames, &[both(errors(20.0, 300)), both(errors(f64::INFINITY, 100))]);
+        enter(&mut record, &frames, &[both(errors(0.1, 300)), both(errors(0.0, 100))]);
         assert_eq!((record.frame_ms, record.parity_mismatches), (Some(4.0), Some(4)));
         assert_eq!((record.resident_bytes, record.frame_pairs), (Some(103), Some(21)));
         assert_eq!(record.notes.as_deref(), Some("a; b; c"));
         // 0.01 over 300 of 400 pixels.
         let expected = -10.0 * 0.0075_f64.log10();
-        assert!((record.image_psnr_db.unwrap() - expected).abs() < 1e-9);
+        assert!((record.image_psnr_db.unwrap() - expected).abs() < 1e-5);
+        assert_eq!(record.visible_pixels, Some(400));
         assert_eq!(median(vec![4.0, 1.0]), Some(2.5));
     }
 

@@ -14,7 +14,8 @@ pub enum Status {
     Failed,
 }
 
-/// Writes [`Record`]; the figures that are listed stand behind all other columns but `series`, which came after them.
+/// Writes [`Record`]; the figures that are listed stand behind all other columns but those from `series` on, which came after
+/// them.
 macro_rules! record {
     ($($figure:ident)*) => {
         /// The result of one cell. `None` = not measured or not defined; in CSV an empty field. PSNR of identical data is
@@ -157,6 +158,13 @@ macro_rules! record {
             /// spaces, as the codec lists them: cells that agree in codec and series lie on one curve.
             #[serde(default)]
             pub series: String,
+            /// Pixels of the reference that are visible, in all frames that are drawn. 0: the scene shows nothing, and no
+            /// figure of pictures is defined.
+            #[serde(default)]
+            pub visible_pixels: Option<u64>,
+            /// Bytes of the encoded file without its header: what the codec wrote, codebooks included.
+            #[serde(default)]
+            pub payload_bytes: Option<u64>,
         }
 
         impl Record {
@@ -190,11 +198,34 @@ cvr_core::for_each_figure!(record);
 pub const NOISY_SPREAD: f64 = 0.25;
 
 impl Record {
-    /// Enters a figure, where it is one that is listed.
+    /// Enters a figure, where it is one that is listed, or one of pictures.
     pub fn enter(&mut self, name: &str, value: Option<f64>) {
-        if let Some((_, figure)) = self.figures_mut().into_iter().find(|(listed, _)| *listed == name) {
+        let figure = match name {
+            "image_psnr_db" => Some(&mut self.image_psnr_db),
+            "image_psnr_whole_db" => Some(&mut self.image_psnr_whole_db),
+            "codec_image_psnr_db" => Some(&mut self.codec_image_psnr_db),
+            "image_ssim" => Some(&mut self.image_ssim),
+            "image_ssim_whole" => Some(&mut self.image_ssim_whole),
+            "codec_image_ssim" => Some(&mut self.codec_image_ssim),
+            _ => self.figures_mut().into_iter().find(|(listed, _)| *listed == name).map(|(_, figure)| figure),
+        };
+        if let Some(figure) = figure {
             *figure = value;
         }
+    }
+
+    /// Whether the scene shows nothing, so that its pictures and frame times say nothing of a codec.
+    #[must_use]
+    pub fn shows_nothing(&self) -> bool {
+        self.visible_pixels == Some(0)
+    }
+
+    /// Bits per voxel of what the codec wrote, without the file's header. Records of versions that did not tell them
+    /// apart have those of the whole file.
+    #[must_use]
+    pub fn payload_bits_per_voxel(&self) -> Option<f64> {
+        let payload = self.payload_bytes.filter(|_| self.voxels > 0);
+        payload.map(|bytes| bytes as f64 * 8.0 / self.voxels as f64).or(self.bits_per_voxel)
     }
 
     /// Adds a remark.

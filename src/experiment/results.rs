@@ -34,7 +34,8 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads a `results.json`. Records of versions that had no series get it. PSNR that is `null` beside a maximum error of 0, or an SSIM of 1, is infinite again.
+    /// Reads a `results.json`. Records of versions that had no series get it. PSNR that is `null` beside a maximum
+    /// error of 0, or an SSIM of 1, is infinite again.
     ///
     /// # Errors
     /// When the file cannot be read or is none.
@@ -63,10 +64,15 @@ fn restore_infinities(record: &mut Record) {
     let lossless = record.max_abs_error == Some(0.0);
     // SSIM 1, and not any SSIM: a picture that holds NaN has a PSNR of −∞, which is `null` too.
     let identical = |ssim: Option<f64>| ssim == Some(1.0);
+    // Pictures below 11 pixels have no SSIM of the whole frame.
+    let small = record.image_ssim_whole.is_none() && record.visible_pixels > Some(0);
     for (psnr, infinite) in [
         (&mut record.psnr_db, lossless),
         (&mut record.image_psnr_db, identical(record.image_ssim)),
-        (&mut record.image_psnr_whole_db, identical(record.image_ssim_whole)),
+        (
+            &mut record.image_psnr_whole_db,
+            identical(record.image_ssim_whole) || small && identical(record.image_ssim),
+        ),
         (&mut record.codec_image_psnr_db, identical(record.codec_image_ssim)),
     ] {
         if psnr.is_none() && infinite {
@@ -163,7 +169,9 @@ pub(crate) mod tests {
             notes: Some("a, b; \"c\"".into()),
             ..record("v", "raw")
         };
-        let records = [lossless.clone(), record("v", "raw")];
+        let small =
+            Record { image_psnr_whole_db: Some(f64::INFINITY), visible_pixels: Some(9), ..lossless.clone() };
+        let records = [lossless.clone(), record("v", "raw"), small];
         write_json(&path, &Provenance::default(), &records, &[]).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains("\"psnr_db\": null"));
@@ -194,7 +202,8 @@ pub(crate) mod tests {
         assert!(
             header.contains(
                 ",psnr_blue_db,first_frame,last_frame,frame_figures,error_histogram,mean_abs_error,"
-            ) && header.ends_with(",codec_image_ms_ssim,codec_image_flip,series\n")
+            ) && header
+                .ends_with(",codec_image_ms_ssim,codec_image_flip,series,visible_pixels,payload_bytes\n")
                 && header.lines().count() == 1
         );
         assert!(to_csv(&[record("v", "raw")]).unwrap().starts_with(&header));

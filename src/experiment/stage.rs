@@ -8,8 +8,9 @@ use std::sync::Arc;
 use cvr_core::codec::Site;
 use cvr_core::pipeline::{FrameRange, Scene};
 use cvr_core::render::{DecodedFrame, Filter, Image, Renderer, View};
-use cvr_core::volume::{FiniteVolume, FrameIndex, ValueRange};
+use cvr_core::volume::{BrickSource, FiniteVolume, FrameIndex, ValueRange};
 
+use super::blank;
 use super::deferred::DeferredVolume;
 use super::encoded::Encoded;
 use super::latest::Latest;
@@ -79,6 +80,7 @@ pub struct Stage<'a> {
     range: ValueRange,
     raw: &'a RawVolume,
     references: BTreeMap<FrameIndex, Image>,
+    shows_nothing: Option<String>,
     baseline: Latest<Rc<Picture<'a>>>,
     /// Of each site and filter the picture of the frame that was asked for last.
     raw_images: BTreeMap<(Site, Filter), (FrameIndex, Image)>,
@@ -100,11 +102,27 @@ impl<'a> Stage<'a> {
         check_range(range)?;
         let (references, raw_images) = (BTreeMap::new(), BTreeMap::new());
         let baseline = Latest::default();
-        let mut stage = Self { target, renderer, scene, range, raw, references, baseline, raw_images };
+        let mut stage = Self {
+            target,
+            renderer,
+            scene,
+            range,
+            raw,
+            references,
+            shows_nothing: None,
+            baseline,
+            raw_images,
+        };
+        let mut blank = Vec::new();
         for frame in scene.frames.iter() {
             let reference = stage.draw_raw(frame, Site::Inline, Filter::Linear)?;
+            if blank::is_blank(&reference) {
+                blank.push(frame);
+            }
             stage.references.insert(frame, reference);
         }
+        let view = stage.view(Filter::Linear)?;
+        stage.shows_nothing = blank::remark(&view, volume.layout().channels, &blank, scene.frames);
         stage.baseline(FrameIndex(scene.frames.first))?;
         Ok(stage)
     }
@@ -121,6 +139,12 @@ impl<'a> Stage<'a> {
     /// When the scene does not draw the frame.
     pub fn reference(&self, frame: FrameIndex) -> Result<&Image, String> {
         self.references.get(&frame).ok_or_else(|| format!("frame {} has no reference", frame.0))
+    }
+
+    /// The remark on references that show nothing, and why; `None` where all show something.
+    #[must_use]
+    pub fn shows_nothing(&self) -> Option<&str> {
+        self.shows_nothing.as_deref()
     }
 
     /// What every frame time of a frame is divided by: raw texture with hardware linear filtering.

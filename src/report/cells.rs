@@ -89,6 +89,11 @@ pub(super) fn ok(record: &Record) -> bool {
     record.status == Status::Ok
 }
 
+/// Whether a cell ran, kept its promises, and shows something: only then do its picture and its frame time say anything.
+pub(super) fn shown(record: &Record) -> bool {
+    ok(record) && !record.shows_nothing()
+}
+
 /// Whether a cell compresses; the uncompressed codec is what others are compared with.
 pub(super) fn compressed(record: &Record) -> bool {
     record.codec != "raw"

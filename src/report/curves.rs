@@ -52,7 +52,8 @@ pub(super) fn of_volume(records: &[Record], labels: &Labels, volume: &str, measu
 /// Curves of a view, by the PSNR of the picture: at one site, under one filter and on one device, since each of them
 /// changes pictures. The site is the one at which most series have curves, the first of equals.
 pub(super) fn of_view(records: &[Record], labels: &Labels, view: &View) -> Vec<Named> {
-    let mut own: Vec<&Record> = records.iter().filter(|r| View::of(r) == *view).collect();
+    let mut own: Vec<&Record> =
+        records.iter().filter(|r| View::of(r) == *view && !r.shows_nothing()).collect();
     if let Some(first) = own.iter().find(|r| r.image_psnr_db.is_some()).map(|r| r.device.clone()) {
         own.retain(|r| r.device == first);
     }

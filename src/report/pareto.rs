@@ -2,7 +2,7 @@
 
 use crate::experiment::record::Record;
 
-use super::cells::{View, compressed, ok};
+use super::cells::{View, compressed, shown};
 
 /// Indices of the points that no other point matches in both and beats in one, in rising order of the first
 /// coordinate; both are costs. Of equal points the first counts. Points that are no number never count.
@@ -25,11 +25,11 @@ pub(super) fn front(costs: &[(f64, f64)]) -> Vec<usize> {
 }
 
 /// The compressed cells of a view on one device that none beats in both frame time and picture, fastest first.
-/// Uncompressed cells are the yardstick, and failed ones no competitors.
+/// Uncompressed cells are the yardstick; failed ones, and those of scenes that show nothing, are no competitors.
 pub(super) fn of_view<'a>(records: &'a [Record], view: &View, device: &str) -> Vec<&'a Record> {
     let cells: Vec<(&Record, (f64, f64))> = records
         .iter()
-        .filter(|r| ok(r) && compressed(r) && View::of(r) == *view && r.device == device)
+        .filter(|r| shown(r) && compressed(r) && View::of(r) == *view && r.device == device)
         .filter_map(|r| Some((r, (r.relative_frame_time?, -r.image_psnr_db?))))
         .collect();
     let costs: Vec<_> = cells.iter().map(|c| c.1).collect();
@@ -61,8 +61,14 @@ mod tests {
         };
         let mut broken = cell("s3dc", 0.1, 99.0);
         broken.status = Status::Failed;
-        let records =
-            [cell("raw", 0.5, f64::INFINITY), broken, cell("s3dc", 2.0, 40.0), cell("s3dc", 3.0, 39.0)];
+        let blank = Record { visible_pixels: Some(0), ..cell("s3dc", 0.1, f64::INFINITY) };
+        let records = [
+            cell("raw", 0.5, f64::INFINITY),
+            broken,
+            cell("s3dc", 2.0, 40.0),
+            cell("s3dc", 3.0, 39.0),
+            blank,
+        ];
         let front = of_view(&records, &View::of(&records[0]), "");
         assert_eq!(front, [&records[2]]);
         assert!(of_view(&records, &View::of(&records[0]), "another").is_empty());

@@ -103,6 +103,7 @@ fn cell((records, labels): (&[Record], &Labels), record: &Record, pictures: &mut
         image => source(&record.image),
         error_image => source(&record.error_image),
         rate => short(record.bits_per_voxel),
+        blank => record.shows_nothing(),
         identical => record.image_psnr_db == Some(f64::INFINITY),
         psnr => decibels(record.image_psnr_db),
         ssim => fixed(record.image_ssim, 4),

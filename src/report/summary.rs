@@ -2,16 +2,17 @@
 
 use minijinja::{Value, context};
 
-use super::cells::{Baseline, View, compressed, devices, distinct, ok, views, volumes};
+use super::cells::{Baseline, View, compressed, devices, distinct, ok, shown, views, volumes};
 use super::noise::{is_noisy, tie};
 use super::number::{bytes, decibels, fixed, median, short};
 use super::pareto;
+use crate::experiment::blank;
 use crate::experiment::labels::{Labels, full_cell, full_coding};
 use crate::experiment::provenance::RefusedCell;
 use crate::experiment::record::Record;
 
-/// Classes of bits per voxel: upper ends, which belong to the class.
-const CLASSES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// Columns of bits per voxel: each holds all that takes as many bits or fewer.
+const AT_MOST: [f64; 5] = [1.0, 2.0, 4.0, 8.0, f64::INFINITY];
 /// Cells that none beats which the first screen lists; the charts show all.
 const LISTED: usize = 12;
 /// PSNR of a picture above which differences are hard to see.
@@ -53,37 +54,41 @@ pub(super) fn summary(records: &[Record], refused: &[RefusedCell], labels: &Labe
         refused => refused.len(),
         volumes => volumes(records).len(),
         codecs => distinct(records.iter().map(|r| r.codec.clone())).join(", "),
+        warnings => warnings(records),
         sentences => sentences(records, labels),
-        classes => class_names(),
+        budgets => budget_names(),
         rates => rates(records, labels),
         front => rows,
         unlisted => unbeaten.saturating_sub(LISTED),
     }
 }
 
-fn class_names() -> Vec<String> {
-    let mut names: Vec<String> = CLASSES.iter().map(|c| format!("≤ {c}")).collect();
-    names.push(format!("> {}", CLASSES[CLASSES.len() - 1]));
-    names
+fn budget_names() -> Vec<String> {
+    AT_MOST.iter().map(|most| if most.is_finite() { format!("≤ {most}") } else { "any".to_owned() }).collect()
 }
 
-/// Per volume the best voxel PSNR in each class of bits per voxel.
+/// The scenes that show nothing.
+fn warnings(records: &[Record]) -> Vec<String> {
+    let told = blank::warnings(records).into_iter();
+    told.map(|warning| format!("Warning: {warning}; its pictures are not judged.")).collect()
+}
+
+/// Per volume the best voxel PSNR of at most so many bits per voxel, the file's header left out; of equal ones the one
+/// with the fewest bits, of these the last.
 fn rates(records: &[Record], labels: &Labels) -> Vec<Value> {
     volumes(records)
         .into_iter()
         .map(|volume| {
-            let best = |class: usize| -> Value {
-                let low = if class == 0 { f64::NEG_INFINITY } else { CLASSES[class - 1] };
-                let high = CLASSES.get(class).copied().unwrap_or(f64::INFINITY);
-                let within = |r: &&Record| r.bits_per_voxel.is_some_and(|b| low < b && b <= high);
-                let best = records
-                    .iter()
-                    .filter(|r| ok(r) && r.volume == volume && r.psnr_db.is_some_and(|p| !p.is_nan()))
-                    .filter(within)
-                    .max_by(|a, b| a.psnr_db.unwrap_or(f64::NAN).total_cmp(&b.psnr_db.unwrap_or(f64::NAN)));
+            let own = |r: &&Record| ok(r) && r.volume == volume;
+            let measured =
+                |r| Some((r, Record::payload_bits_per_voxel(r)?, r.psnr_db.filter(|p| !p.is_nan())?));
+            let own: Vec<(&Record, f64, f64)> = records.iter().filter(own).filter_map(measured).collect();
+            let best = |most: &f64| -> Value {
+                let within = own.iter().filter(|(_, bits, _)| bits <= most);
+                let best = within.max_by(|a, b| a.2.total_cmp(&b.2).then(b.1.total_cmp(&a.1)));
                 best.map_or_else(
                     || Value::from(()),
-                    |r| {
+                    |(r, ..)| {
                         let psnr = if r.psnr_db == Some(f64::INFINITY) {
                             "lossless".into()
                         } else {
@@ -93,7 +98,7 @@ fn rates(records: &[Record], labels: &Labels) -> Vec<Value> {
                     },
                 )
             };
-            let cells: Vec<Value> = (0..=CLASSES.len()).map(best).collect();
+            let cells: Vec<Value> = AT_MOST.iter().map(best).collect();
             context! { volume => volume, cells => cells }
         })
         .collect()
@@ -101,14 +106,14 @@ fn rates(records: &[Record], labels: &Labels) -> Vec<Value> {
 
 /// What skipping gains, over the cells that skip; `None` where none was timed.
 fn skipping(records: &[Record]) -> Option<String> {
-    let gains: Vec<f64> = records.iter().filter(|r| ok(r)).filter_map(|r| r.skipping_gain).collect();
+    let gains: Vec<f64> = records.iter().filter(|r| shown(r)).filter_map(|r| r.skipping_gain).collect();
     let least = gains.iter().copied().reduce(f64::min)?;
     let most = gains.iter().copied().reduce(f64::max)?;
     // Beyond noise: not even the upper quartile reaches 1.
     let lost = |r: &&Record| {
         r.skipping_gain.is_some_and(|gain| gain + r.skipping_gain_iqr.unwrap_or(0.0) / 2.0 < 1.0)
     };
-    let slower = records.iter().filter(|r| ok(r)).filter(lost).count();
+    let slower = records.iter().filter(|r| shown(r)).filter(lost).count();
     Some(format!(
         "Skipping empty macrocells makes the frames of {} cells {} × as fast (median; {} to {}), {slower} of them slower \
          beyond noise; no picture differs in any bit from the one without.",
@@ -121,7 +126,8 @@ fn skipping(records: &[Record]) -> Option<String> {
 
 /// The cell with the lowest relative frame time of those that are compressed and look right, and what ties with it.
 fn fastest(records: &[Record], labels: &Labels) -> Option<String> {
-    let good = |r: &&Record| ok(r) && compressed(r) && r.image_psnr_db.is_some_and(|p| p >= GOOD_PICTURE_DB);
+    let good =
+        |r: &&Record| shown(r) && compressed(r) && r.image_psnr_db.is_some_and(|p| p >= GOOD_PICTURE_DB);
     let timed = records.iter().filter(good).filter_map(|r| Some((r, r.relative_frame_time?)));
     let mut timed: Vec<(&Record, f64)> = timed.filter(|(_, time)| !time.is_nan()).collect();
     timed.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -152,7 +158,8 @@ fn fastest(records: &[Record], labels: &Labels) -> Option<String> {
 fn sentences(records: &[Record], labels: &Labels) -> Vec<String> {
     let mut out = Vec::new();
     let times = |wanted: fn(&Record) -> bool| {
-        median(records.iter().filter(|r| ok(r) && wanted(r)).filter_map(|r| r.relative_frame_time).collect())
+        let timed = records.iter().filter(|r| shown(r) && wanted(r));
+        median(timed.filter_map(|r| r.relative_frame_time).collect())
     };
     if let Some(buffer) = times(|r| Baseline::of(r) == Some(Baseline::Buffer)) {
         out.push(format!(
@@ -163,7 +170,7 @@ fn sentences(records: &[Record], labels: &Labels) -> Vec<String> {
     }
     let mut by_site = Vec::new();
     for site in distinct(records.iter().filter(|r| compressed(r)).map(|r| r.site.clone())) {
-        let of_site = |r: &&Record| ok(r) && compressed(r) && r.site == site && r.filter != "nearest";
+        let of_site = |r: &&Record| shown(r) && compressed(r) && r.site == site && r.filter != "nearest";
         let time = median(records.iter().filter(of_site).filter_map(|r| r.relative_frame_time).collect());
         by_site.extend(time.map(|t| format!("{} × {site}", short(Some(t)))));
     }
@@ -192,6 +199,7 @@ fn sentences(records: &[Record], labels: &Labels) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::record::Status;
     use crate::experiment::results::tests::record;
 
     fn timed(codec: &str, time: f64, iqr: f64) -> Record {
@@ -224,6 +232,74 @@ mod tests {
             told(&many)
         );
         assert_eq!(fastest(&[], &Labels::default()), None);
+    }
+
+    /// What a column of the first table says, per column.
+    fn best(records: &[Record]) -> Vec<(String, String)> {
+        let rows = rates(records, &Labels::of(records));
+        let cells = rows[0].get_attr("cells").unwrap();
+        let text = |cell: &Value, key: &str| cell.get_attr(key).map(|v| v.to_string()).unwrap_or_default();
+        cells.try_iter().unwrap().map(|cell| (text(&cell, "psnr"), text(&cell, "codec"))).collect()
+    }
+
+    fn coded(codec: &str, payload_bytes: u64, header_bytes: u64, psnr: f64) -> Record {
+        let file_bytes = payload_bytes + header_bytes;
+        Record {
+            voxels: 8000,
+            psnr_db: Some(psnr),
+            bits_per_voxel: Some(file_bytes as f64 / 1000.0),
+            file_bytes: Some(file_bytes),
+            payload_bytes: Some(payload_bytes),
+            ..record("v", codec)
+        }
+    }
+
+    #[test]
+    fn each_column_holds_what_takes_fewer_bits_too() {
+        let told = |records: &[Record]| {
+            let cells = best(records).into_iter().map(|(psnr, codec)| format!("{codec} {psnr}"));
+            cells.collect::<Vec<_>>().join(" | ")
+        };
+        assert_eq!(budget_names(), ["≤ 1", "≤ 2", "≤ 4", "≤ 8", "any"]);
+        // 44 dB at 1 bit beside 23 dB at 2 bits: the header of 2 KiB does not move a codec into the next column.
+        let records = [
+            coded("good", 1000, 2048, 44.0),
+            coded("poor", 2000, 2048, 23.0),
+            coded("raw", 8001, 2048, 90.0),
+        ];
+        assert_eq!(told(&records), "good 44.0 dB | good 44.0 dB | good 44.0 dB | good 44.0 dB | raw 90.0 dB");
+        // What is as good at fewer bits, wherever it stands.
+        let lossless = [
+            coded("few", 3000, 0, f64::INFINITY),
+            coded("less", 1500, 0, 30.0),
+            coded("many", 8000, 0, f64::INFINITY),
+        ];
+        assert_eq!(told(&lossless), "  | less 30.0 dB | few lossless | few lossless | few lossless");
+        // Records of former versions have the whole file alone.
+        let former: Vec<Record> =
+            records.iter().map(|r| Record { payload_bytes: None, ..r.clone() }).collect();
+        assert_eq!(told(&former), "  |   | good 44.0 dB | good 44.0 dB | raw 90.0 dB");
+        let failed = [Record { status: Status::Failed, ..records[0].clone() }, records[1].clone()];
+        assert!(told(&failed).starts_with("  | poor 23.0 dB | poor"), "{}", told(&failed));
+    }
+
+    #[test]
+    fn a_scene_that_shows_nothing_is_warned_of_and_counts_nowhere() {
+        let blank = |codec: &str| Record {
+            visible_pixels: Some(0),
+            skipping_gain: Some(90.0),
+            notes: Some("shows nothing: why".into()),
+            scene: "nowhere".into(),
+            ..timed(codec, 0.001, 0.0)
+        };
+        let seen = Record { visible_pixels: Some(7), skipping_gain: Some(2.0), ..timed("vq", 1.5, 0.0) };
+        let records = [blank("vq"), blank("hvq"), seen.clone()];
+        let warning =
+            "Warning: scene `nowhere` shows nothing of volume `v`: why; its pictures are not judged.";
+        assert_eq!(warnings(&records), [warning]);
+        let labels = Labels::of(&records);
+        assert_eq!(sentences(&records, &labels), sentences(&[seen], &labels));
+        assert!(sentences(&records[..2], &labels).is_empty(), "{:?}", sentences(&records[..2], &labels));
     }
 
     #[test]

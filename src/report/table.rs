@@ -117,6 +117,10 @@ const COLUMNS: &[Column] = &[
     ),
     axis("size of the file, bytes", number("file_bytes", "file", |r| bytes(r.file_bytes))),
     secondary(axis(
+        "size without the header, bytes",
+        number("payload_bytes", "without header", |r| bytes(r.payload_bytes)),
+    )),
+    secondary(axis(
         "in device memory, bytes",
         number("resident_bytes", "in device memory", |r| bytes(r.resident_bytes)),
     )),
@@ -139,6 +143,7 @@ const COLUMNS: &[Column] = &[
         number("max_abs_error", "max error", |r| short(r.max_abs_error)),
     ),
     axis("bound of the error, data units", number("error_bound", "bound", |r| short(r.error_bound))),
+    secondary(number("visible_pixels", "visible pixels", |r| count(r.visible_pixels))),
     axis(
         "PSNR of the picture, dB",
         number("image_psnr_db", "picture PSNR, dB", |r| fixed(r.image_psnr_db, 2)),

@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use cvr_core::metrics::ImageError;
 use cvr_core::stability::{Trial, Trivial, Word, raw_bytes};
 use cvr_core::volume::{BrickSource as _, FiniteVolume, FrameIndex};
 use rayon::prelude::*;
@@ -18,7 +19,7 @@ use crate::experiment::key::hash_of;
 use crate::experiment::{folder, machine};
 
 /// Version of what the figures mean. Raised whenever a subject, a scene or a definition changes.
-const ATLAS_VERSION: u32 = 1;
+const ATLAS_VERSION: u32 = 2;
 
 /// Files of results beside the cells.
 pub const RESULTS: [&str; 5] = ["atlas.html", "atlas.csv", "atlas.json", "encoders.csv", "breaking.csv"];
@@ -270,7 +271,11 @@ fn changed(volume: &FiniteVolume, frames: &[Vec<f32>]) -> f64 {
 fn pictures(stage: &Stage, trial: &Trial, trivial: Option<&Trivial>) -> Result<Vec<Pictured>, String> {
     let own = if trial.frames.is_empty() { None } else { Some(stage.shown(&trial.frames)?) };
     let trivial = trivial.map(|t| stage.shown(&t.frames)).transpose()?;
-    let rmse = |psnr_db: f64| 10.0_f64.powf(-psnr_db / 20.0);
+    // Of a reference that shows nothing, what is drawn counts as on one pixel.
+    let rmse = |error: &ImageError| {
+        let shown = error.visible_pixels.max(1) as f64;
+        Some((error.squared_error() / (3.0 * shown)).sqrt()).filter(|v| v.is_finite())
+    };
     let mut pictures = Vec::new();
     for scene in stage.scenes() {
         let mut pictured = Pictured {
@@ -281,12 +286,12 @@ fn pictures(stage: &Stage, trial: &Trial, trivial: Option<&Trivial>) -> Result<V
         };
         if let Some(own) = &own {
             let error = stage.error(scene, own)?;
-            pictured.rmse = Some(rmse(error.psnr_db)).filter(|v| v.is_finite());
-            pictured.ssim = Some(error.ssim).filter(|v| v.is_finite());
+            pictured.rmse = rmse(&error);
+            pictured.ssim = error.ssim().filter(|v| v.is_finite());
         }
         if let Some(trivial) = &trivial {
             let error = stage.error(scene, trivial)?;
-            pictured.trivial_rmse = Some(rmse(error.psnr_db)).filter(|v| v.is_finite());
+            pictured.trivial_rmse = rmse(&error);
         }
         pictures.push(pictured);
     }

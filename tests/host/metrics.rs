@@ -51,6 +51,10 @@ fn figures_of_a_run_agree_with_each_other() {
     let mut records = Results::read(&folder.path("out/results.json")).unwrap().records;
     for record in &mut records {
         assert_eq!(record.status, Status::Ok);
+        let [file, payload] = [record.file_bytes, record.payload_bytes].map(Option::unwrap);
+        assert!(file > payload && (file - payload).is_multiple_of(2048), "{file} of {payload} and a header");
+        // Two codes and a mean for each of 150 blocks are less than half a kilobyte: the rest is codebooks.
+        assert!(record.codec != "hvq" || payload > 4096, "{payload}");
         let rows = histogram(&folder, record);
         assert_eq!(rows.iter().map(|row| row.samples).sum::<u64>(), 24 * 20 * 18);
         assert!((rows.iter().map(|row| row.share).sum::<f64>() - 1.0).abs() < 1e-12);
@@ -66,6 +70,10 @@ fn figures_of_a_run_agree_with_each_other() {
         if record.scene == "nowhere" {
             // No value reaches the ramp.
             assert_eq!((record.isosurface_distance_voxels, record.image_ms_ssim), (None, None));
+            assert_eq!(
+                (record.image_psnr_db, record.image_ssim, record.visible_pixels),
+                (None, None, Some(0))
+            );
             continue;
         }
         let (lossless, blocks) = (record.codec == "raw", record.block_discontinuity);

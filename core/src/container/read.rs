@@ -104,6 +104,12 @@ impl EncodedVolume {
         self.file_bytes
     }
 
+    /// Bytes of all tensors: the file without its header.
+    #[must_use]
+    pub fn payload_bytes(&self) -> u64 {
+        self.tensors.values().map(|tensor| tensor.bytes as u64).sum()
+    }
+
     /// A tensor by name, of the element type that its user needs.
     ///
     /// # Errors

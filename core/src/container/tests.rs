@@ -36,6 +36,7 @@ fn what_was_written_comes_back() {
     let written = write(&path);
     let volume = EncodedVolume::open(&path).unwrap();
     assert_eq!(written.file_bytes, volume.file_bytes());
+    assert_eq!((volume.payload_bytes(), volume.file_bytes()), (6 * 4 + 5, 2048 + 6 * 4 + 5));
     assert_eq!(volume.tensor("b_words", Element::U32).unwrap().words(), [1, 2, 3, 4, 5, 6]);
     assert_eq!(volume.tensor("a_bytes", Element::U8).unwrap().bytes(), [7; 5]);
     assert_eq!(volume.parameters::<serde_json::Value>().unwrap()["answer"], 42);

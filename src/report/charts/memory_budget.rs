@@ -1,7 +1,7 @@
 //! Given so much memory on the device: the best picture, and its frame time. A volume needs no more of a model than its
 //! scene does, so that this is asked of pictures and not of voxels.
 
-use super::super::cells::{Baseline, View, blends, ok};
+use super::super::cells::{Baseline, View, blends, shown};
 use super::super::chart::{Axis, Chart, Colour, Line, Mark, Point, Scale, Shape};
 use super::super::number::short;
 use super::super::pareto;
@@ -126,7 +126,7 @@ fn told(record: &Record, palette: &Palette, memory: f64) -> String {
 
 /// Cells that ended well with their memory in bytes and the PSNR of their picture. The uncompressed compete too.
 fn cells<'a>(records: &'a [Record], view: &View, device: &str) -> Vec<(&'a Record, f64, f64)> {
-    let own = |r: &&Record| ok(r) && View::of(r) == *view && r.device == device;
+    let own = |r: &&Record| shown(r) && View::of(r) == *view && r.device == device;
     let measured = |r: &'a Record| Some((r, memory(r)?, r.image_psnr_db.filter(|p| !p.is_nan())?));
     records.iter().filter(own).filter_map(measured).collect()
 }

@@ -7,7 +7,7 @@
 //! that the library needs no compiler but Rust's; a test holds it to the numbers of the authors' program.
 
 use super::gaussian::{Plane, gaussian};
-use super::metric::{Metric, Pair};
+use super::metric::{Metric, Pair, Per};
 use crate::metrics::{Better, Figure};
 
 /// Pixels per degree of visual angle.
@@ -88,8 +88,8 @@ impl Metric for Flip {
         sums.1 += next.1;
     }
 
-    fn value(sums: &(f64, u64), pixels: f64) -> Option<f64> {
-        (sums.1 > 0).then(|| sums.0 / pixels)
+    fn value(sums: &(f64, u64), per: Per) -> Option<f64> {
+        (sums.1 > 0).then(|| sums.0 / per.pixels())
     }
 }
 

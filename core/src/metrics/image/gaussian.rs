@@ -46,14 +46,26 @@ impl Plane {
 
     /// The same over the whole plane, whose border is repeated beyond it. Kernels are of one length.
     pub(super) fn whole(&self, along_x: &[f64], along_y: &[f64]) -> Self {
-        self.widened(along_x.len() / 2).inner(along_x, along_y)
+        let repeated = |at: isize, n: usize| at.clamp(0, n as isize - 1) as usize;
+        self.widened(along_x.len() / 2, repeated).inner(along_x, along_y)
     }
 
-    /// The plane with its border repeated so often on each side.
-    fn widened(&self, by: usize) -> Self {
+    /// The plane with so many pixels more on each side, mirrored at its border; the pixels of the border come twice, and
+    /// mirrors face each other where the plane is narrow.
+    pub(super) fn mirrored(&self, by: usize) -> Self {
+        let mirrored = |at: isize, n: usize| {
+            let at = at.rem_euclid(2 * n as isize) as usize;
+            at.min(2 * n - 1 - at)
+        };
+        self.widened(by, mirrored)
+    }
+
+    /// The plane with so many pixels more on each side; `place` says where in the plane the value of a coordinate lies, of
+    /// so many.
+    fn widened(&self, by: usize, place: impl Fn(isize, usize) -> usize) -> Self {
         let [width, height] = self.size;
         let size = [width + 2 * by, height + 2 * by];
-        let inside = |at: usize, n: usize| at.saturating_sub(by).min(n - 1);
+        let inside = |at: usize, n: usize| place(at as isize - by as isize, n);
         let places = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
         let values = places.map(|(x, y)| self.values[inside(y, height) * width + inside(x, width)]).collect();
         Self { size, values }
@@ -67,4 +79,19 @@ pub(super) fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
         (0..=2 * radius).map(|i| (-at(i) * at(i) / (2.0 * sigma * sigma)).exp()).collect();
     let sum: f64 = weights.iter().sum();
     weights.into_iter().map(|w| w / sum).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mirrors_show_the_border_twice_and_face_each_other() {
+        let row = |values: &[f64]| Plane { size: [values.len(), 1], values: values.to_vec() }.mirrored(4);
+        let wide = row(&[1.0, 2.0, 3.0, 4.0, 5.0]);
+        assert_eq!(wide.size, [13, 9]);
+        let expected = [4.0, 3.0, 2.0, 1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 4.0, 3.0, 2.0];
+        assert!(wide.values.chunks_exact(13).all(|row| row == expected), "{wide:?}");
+        assert_eq!(row(&[1.0, 2.0]).values[..10], [1.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 1.0, 1.0, 2.0]);
+    }
 }

@@ -1,9 +1,10 @@
 //! The list of metrics of pictures.
 
 use super::flip::Flip;
-use super::metric::{Metric, Pair};
+use super::metric::{Metric, Pair, Per};
 use super::ms_ssim::MsSsim;
-use super::{psnr, ssim};
+use super::psnr::Psnr;
+use super::ssim::Ssim;
 use crate::metrics::Figure;
 
 /// Which picture another is compared with.
@@ -18,10 +19,10 @@ pub enum Against {
 /// Writes a struct of the sums of all metrics, with a field per metric.
 macro_rules! metrics {
     ($($name:ident: $metric:ty,)*) => {
-        /// What the metrics that are not [`psnr`] and [`ssim`] add up over the pixels of pictures.
+        /// What the metrics add up over the pixels of pictures.
         #[derive(Copy, Clone, Debug, Default, PartialEq)]
         pub(super) struct Sums {
-            $($name: <$metric as Metric>::Sums,)*
+            $(pub(super) $name: <$metric as Metric>::Sums,)*
         }
 
         impl Sums {
@@ -33,19 +34,24 @@ macro_rules! metrics {
                 $(<$metric>::add(&mut self.$name, next.$name);)*
             }
 
-            /// Names and values, of `shown` visible pixels and so many of the whole frame.
+            /// Names and values, per so many visible pixels of the reference and so many of the whole frame. Where
+            /// nothing is visible there is nothing to compare, and no value.
             pub(super) fn values(
                 &self,
                 against: Against,
-                shown: f64,
-                pixels: f64,
+                visible: u64,
+                pixels: u64,
             ) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+                let pers = [Per::Visible(visible as f64), Per::Whole(pixels as f64)];
                 let values = [$({
-                    let [visible, whole, raw] = <$metric as Metric>::FIGURES.map(|figure| figure.name);
-                    let of = |pixels| <$metric>::value(&self.$name, pixels);
+                    let [shown, whole, raw] = <$metric as Metric>::FIGURES.map(|figure| figure.name);
+                    let [per_shown, per_whole] = pers.map(|per| match visible {
+                        0 => None,
+                        _ => <$metric>::value(&self.$name, per),
+                    });
                     match against {
-                        Against::Reference => [Some((visible, of(shown))), Some((whole, of(pixels)))],
-                        Against::Raw => [Some((raw, of(shown))), None],
+                        Against::Reference => [Some((shown, per_shown)), Some((whole, per_whole))],
+                        Against::Raw => [Some((raw, per_shown)), None],
                     }
                 },)*];
                 values.into_iter().flatten().flatten()
@@ -53,11 +59,13 @@ macro_rules! metrics {
         }
 
         /// Figures of each metric.
-        const FIGURES_OF: &[&[Figure]] = &[psnr::FIGURES, ssim::FIGURES, $(&<$metric as Metric>::FIGURES,)*];
+        const FIGURES_OF: &[&[Figure]] = &[$(&<$metric as Metric>::FIGURES,)*];
     };
 }
 
 metrics! {
+    psnr: Psnr,
+    ssim: Ssim,
     ms_ssim: MsSsim,
     flip: Flip,
 }

@@ -13,6 +13,24 @@ pub(super) struct Pair<'a> {
     pub(super) image: &'a [[f32; 3]],
 }
 
+/// The pixels that sums are divided by.
+#[derive(Copy, Clone, Debug)]
+pub(super) enum Per {
+    /// The visible pixels of the reference; at least one.
+    Visible(f64),
+    /// All pixels.
+    Whole(f64),
+}
+
+impl Per {
+    /// How many there are.
+    pub(super) const fn pixels(self) -> f64 {
+        match self {
+            Self::Visible(pixels) | Self::Whole(pixels) => pixels,
+        }
+    }
+}
+
 /// Adds up over the pixels of one picture or several, and divides by the pixels that count.
 pub(super) trait Metric {
     /// Per visible pixel against the reference, over the whole frame, and per visible pixel against raw's picture.
@@ -24,6 +42,6 @@ pub(super) trait Metric {
     fn compare(pair: &Pair<'_>) -> Self::Sums;
     /// Adds the sums of another picture of the same size.
     fn add(sums: &mut Self::Sums, next: Self::Sums);
-    /// The value when so many pixels count; `None` where the metric has no meaning.
-    fn value(sums: &Self::Sums, pixels: f64) -> Option<f64>;
+    /// The value when these pixels count; `None` where the metric has no meaning.
+    fn value(sums: &Self::Sums, per: Per) -> Option<f64>;
 }

@@ -2,7 +2,8 @@
 //!
 //! Both are composited over the same opaque background. Error is summed over *all* pixels and divided by the
 //! number of the reference's *visible* pixels: stray noise in the background counts, and cannot buy a larger
-//! denominator. Whole-frame values, which divide by all pixels, stand beside.
+//! denominator. Whole-frame values, which divide by all pixels, stand beside. Against a reference that shows nothing no
+//! picture is right or wrong: there is no value then, of the whole frame neither.
 //! One file holds one metric, and `list.rs` names them all.
 
 mod flip;
@@ -12,12 +13,14 @@ mod metric;
 mod ms_ssim;
 mod psnr;
 mod ssim;
+mod structure;
 #[cfg(test)]
 mod tests;
 
 use self::list::Sums;
-use self::metric::Pair;
-use super::psnr_db;
+use self::metric::{Metric as _, Pair, Per};
+use self::psnr::Psnr;
+use self::ssim::Ssim;
 use crate::render::Image;
 
 pub use list::{Against, figures};
@@ -43,96 +46,71 @@ impl SizeMismatch {
     }
 }
 
-/// Error of a picture against a reference.
+/// Error of a picture, or of several together, against a reference. Every figure is `None` where the reference shows
+/// nothing.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct ImageError {
-    /// PSNR per visible pixel of the reference, three channels, peak 1; infinite without error.
-    pub psnr_db: f64,
-    /// `1 − Σ(1 − s) / visible pixels` over the SSIM `s` of every pixel; it has no lower bound.
-    pub ssim: f64,
-    /// PSNR over the whole frame.
-    pub psnr_whole_db: f64,
-    /// Mean SSIM over the whole frame.
-    pub ssim_whole: f64,
     /// Visible pixels of the reference.
     pub visible_pixels: u64,
-    /// Pixels, of several pictures together.
+    /// All pixels.
     pixels: u64,
-    /// Pixels that errors are divided by: the visible ones, and at least one of each picture.
-    shown: u64,
     sums: Sums,
 }
 
 impl ImageError {
     /// Compares two pictures over an opaque background.
     ///
-    /// A reference without any visible pixel counts as one pixel: two blank pictures are identical, and whatever
-    /// is drawn where nothing should be counts in full.
-    ///
     /// # Errors
     /// When the pictures differ in size.
     pub fn compare(reference: &Image, image: &Image, background: [f32; 3]) -> Result<Self, SizeMismatch> {
         SizeMismatch::check(reference, image)?;
         let (a, b) = (reference.over(background), image.over(background));
-        let pixels = a.len().max(1) as f64;
-        let visible_pixels = reference.pixels().iter().filter(|p| visible(p)).count();
-        let shown = visible_pixels.max(1) as f64;
-        // Pictures are small: one thread adds up faster than several start.
-        let squared = psnr::squared(&a, &b);
-        let dissimilarity = ssim::dissimilarity(reference.size(), &a, &b);
+        let size = reference.size().map(|n| n as usize);
         Ok(Self {
-            psnr_db: psnr_db(squared / (3.0 * shown), 1.0),
-            ssim: 1.0 - dissimilarity / shown,
-            psnr_whole_db: psnr_db(squared / (3.0 * pixels), 1.0),
-            ssim_whole: 1.0 - dissimilarity / pixels,
-            visible_pixels: visible_pixels as u64,
+            visible_pixels: reference.pixels().iter().filter(|p| visible(p)).count() as u64,
             pixels: a.len() as u64,
-            shown: visible_pixels.max(1) as u64,
-            sums: Sums::compare(&Pair {
-                size: reference.size().map(|n| n as usize),
-                reference: &a,
-                image: &b,
-            }),
+            sums: Sums::compare(&Pair { size, reference: &a, image: &b }),
         })
     }
 
-    /// Columns and values of the further metrics, by what the picture was compared with.
-    pub fn values(&self, against: Against) -> impl Iterator<Item = (&'static str, Option<f64>)> {
-        self.sums.values(against, self.shown as f64, self.pixels as f64)
-    }
-}
-
-impl ImageError {
-    /// Several pictures of one size as if they were one: errors are summed over the pixels of all.
+    /// Several pictures of one size as if they were one: errors are summed over the pixels of all, and divided by the
+    /// visible pixels of all.
     #[must_use]
     pub fn pooled(errors: impl Iterator<Item = Self>) -> Self {
-        let (mut visible_pixels, mut pictures) = (0, 0.0);
-        let (mut shown, mut squared, mut dissimilarity) = (0.0, 0.0, 0.0);
-        let (mut squared_whole, mut dissimilarity_whole) = (0.0, 0.0);
-        let (mut pixels, mut counted, mut sums) = (0, 0, Sums::default());
-        let mse = |psnr_db: f64| 10.0_f64.powf(-psnr_db / 10.0);
-        for error in errors {
-            let weight = error.visible_pixels.max(1) as f64;
-            visible_pixels += error.visible_pixels;
-            shown += weight;
-            squared += weight * mse(error.psnr_db);
-            dissimilarity += weight * (1.0 - error.ssim);
-            pictures += 1.0;
-            squared_whole += mse(error.psnr_whole_db);
-            dissimilarity_whole += 1.0 - error.ssim_whole;
-            pixels += error.pixels;
-            counted += error.shown;
-            sums.add(error.sums);
+        let mut pooled = Self::default();
+        for Self { visible_pixels, pixels, sums } in errors {
+            pooled.visible_pixels += visible_pixels;
+            pooled.pixels += pixels;
+            pooled.sums.add(sums);
         }
-        Self {
-            psnr_db: psnr_db(squared / shown, 1.0),
-            ssim: 1.0 - dissimilarity / shown,
-            psnr_whole_db: psnr_db(squared_whole / pictures, 1.0),
-            ssim_whole: 1.0 - dissimilarity_whole / pictures,
-            visible_pixels,
-            pixels,
-            shown: counted,
-            sums,
-        }
+        pooled
+    }
+
+    /// Columns and values, by what the picture was compared with.
+    pub fn values(&self, against: Against) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+        self.sums.values(against, self.visible_pixels, self.pixels)
+    }
+
+    /// PSNR per visible pixel of the reference in dB, three channels, peak 1; infinite without error.
+    #[must_use]
+    pub fn psnr_db(&self) -> Option<f64> {
+        self.per_visible().and_then(|per| Psnr::value(&self.sums.psnr, per))
+    }
+
+    /// `1 − Σ(1 − s) / visible pixels` over the SSIM `s` of every pixel; it has no lower bound.
+    #[must_use]
+    pub fn ssim(&self) -> Option<f64> {
+        self.per_visible().and_then(|per| Ssim::value(&self.sums.ssim, per))
+    }
+
+    /// Sum of the squared differences of red, green and blue over all pixels, full scale 1; also where the reference shows
+    /// nothing.
+    #[must_use]
+    pub const fn squared_error(&self) -> f64 {
+        self.sums.psnr
+    }
+
+    fn per_visible(&self) -> Option<Per> {
+        (self.visible_pixels > 0).then_some(Per::Visible(self.visible_pixels as f64))
     }
 }

@@ -1,8 +1,8 @@
 //! MS-SSIM: structural similarity on several scales.
 //!
 //! After Z. Wang, E. P. Simoncelli and A. C. Bovik, "Multiscale structural similarity for image quality assessment",
-//! Asilomar 2003, equations 1 to 7: Gaussian windows of 11×11 pixels with σ = 1.5 that lie wholly in the picture,
-//! C1 = 0.01², C2 = 0.03² for luma (ITU-R BT.601 weights, not rounded) of full scale 1, and the exponents of section 3.2.
+//! Asilomar 2003, equations 1 to 7: the windows of `structure.rs` that lie wholly in the picture, and the exponents of
+//! section 3.2.
 //! Each scale halves the one before by means of 2×2 pixels; an odd last row or column is its own neighbour. As in the
 //! authors' program, luminance enters at the coarsest scale as the mean of the whole index there, and a mean below zero
 //! counts as zero.
@@ -10,19 +10,13 @@
 //! A scale is used as long as its shorter side has 11 pixels: all five from 161 pixels on. Below, the exponents of those
 //! that are left are divided by their sum; a picture with a side below 11 pixels has no MS-SSIM.
 
-use super::gaussian::{Plane, gaussian};
-use super::metric::{Metric, Pair};
+use super::gaussian::Plane;
+use super::metric::{Metric, Pair, Per};
+use super::structure::{Index, WINDOW, Windows, luma};
 use crate::metrics::{Better, Figure};
 
 /// Exponents of the scales, the finest first.
 const EXPONENTS: [f64; 5] = [0.0448, 0.2856, 0.3001, 0.2363, 0.1333];
-/// Side of the window.
-const WINDOW: usize = 11;
-/// Standard deviation of the window.
-const SIGMA: f64 = 1.5;
-/// Constants of luminance and of contrast and structure.
-const C: [f64; 2] = [0.01 * 0.01, 0.03 * 0.03];
-
 /// The metric.
 pub(super) struct MsSsim;
 
@@ -67,9 +61,7 @@ impl Metric for MsSsim {
 
     fn compare(pair: &Pair<'_>) -> Dissimilarity {
         let pixels = pair.reference.len() as f64;
-        let luma = |p: &[f32; 3]| 0.299 * f64::from(p[0]) + 0.587 * f64::from(p[1]) + 0.114 * f64::from(p[2]);
-        let plane = |rgb: &[[f32; 3]]| Plane { size: pair.size, values: rgb.iter().map(luma).collect() };
-        let (mut a, mut b) = (plane(pair.reference), plane(pair.image));
+        let (mut a, mut b) = (luma(pair.reference, pair.size), luma(pair.image, pair.size));
         let mut dissimilarity = Dissimilarity { scales: scales(pair.size), ..Dissimilarity::default() };
         for scale in 0..dissimilarity.scales {
             if scale > 0 {
@@ -86,11 +78,11 @@ impl Metric for MsSsim {
         sums.scales = next.scales;
     }
 
-    fn value(sums: &Dissimilarity, pixels: f64) -> Option<f64> {
+    fn value(sums: &Dissimilarity, per: Per) -> Option<f64> {
         let exponents = &EXPONENTS[..sums.scales];
         let total: f64 = exponents.iter().sum();
         let scales = sums.sums.iter().zip(exponents);
-        let product = scales.map(|(sum, w)| (1.0 - sum / pixels).max(0.0).powf(w / total)).product();
+        let product = scales.map(|(sum, w)| (1.0 - sum / per.pixels()).max(0.0).powf(w / total)).product();
         (sums.scales > 0).then_some(product)
     }
 }
@@ -101,22 +93,11 @@ fn scales(size: [usize; 2]) -> usize {
     (0..EXPONENTS.len()).filter(|&scale| shorter.div_ceil(1 << scale) >= WINDOW).count()
 }
 
-/// Mean of contrast and structure, at the coarsest scale times luminance, over all windows. What is no number is not
-/// alike at all.
+/// Mean of contrast and structure, at the coarsest scale times luminance, over all windows.
 fn similarity(a: &Plane, b: &Plane, with_luminance: bool) -> f64 {
-    let window = gaussian(SIGMA, WINDOW / 2);
-    let mean = |plane: &Plane| plane.inner(&window, &window).values;
-    let (means_a, means_b) = (mean(a), mean(b));
-    let (aa, bb, ab) = (mean(&a.times(a)), mean(&b.times(b)), mean(&a.times(b)));
-    let at = |i: usize| {
-        let (x, y) = (means_a[i], means_b[i]);
-        let (variances, covariance) = (aa[i] - x * x + bb[i] - y * y, ab[i] - x * y);
-        let structure = (2.0 * covariance + C[1]) / (variances + C[1]);
-        let luminance = (2.0 * x * y + C[0]) / (x * x + y * y + C[0]);
-        let similarity = if with_luminance { structure * luminance } else { structure };
-        if similarity.is_nan() { 0.0 } else { similarity }
-    };
-    (0..ab.len()).map(at).sum::<f64>() / ab.len() as f64
+    let of = if with_luminance { Index::similarity } else { Index::structure };
+    let Windows { values, .. } = Windows::of(a, b);
+    values.iter().map(of).sum::<f64>() / values.len() as f64
 }
 
 /// Means of 2×2 pixels.
