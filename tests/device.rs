@@ -12,7 +12,6 @@ mod device {
     mod deferred;
     mod frame_passes;
     mod lost;
-    mod mutated;
     mod parity;
     mod parity_of_parity;
     mod picture_relations;
@@ -24,6 +23,7 @@ mod device {
     mod runs;
     mod scenes;
     mod seams;
+    mod single;
     mod skipping;
     mod slicing;
     mod splitting;
