@@ -116,7 +116,8 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
         (Ok(one), Ok(four)) => [one, four],
         (Err(e), _) | (_, Err(e)) => return report.fail(Property::Threads, e.to_string()),
     };
-    let is_default = codec.info().default_settings() == *settings;
+    let defaults = codec.info().default_settings().complete(codec.info());
+    let is_default = defaults.is_ok_and(|defaults| defaults == *settings);
     let chosen: BTreeSet<String> = chosen(codec, settings).map(|subject| subject.name).collect();
     for subject in subjects(volumes::block_of(codec, settings)) {
         report.begin(settings, &subject.name);

@@ -12,7 +12,7 @@ use crate::mutated::MutatedCodec;
 /// without, and is logged as a device test that did not run.
 #[must_use]
 pub fn dump(test_name: &str) -> Option<&'static dyn VoxelDump> {
-    test_device(test_name).map(|device| -> &dyn VoxelDump { device })
+    test_device(test_name).map(|device| device as &dyn VoxelDump)
 }
 
 /// The failing twin of a codec's battery: a snippet in which `from` reads `to` fails it, and for no other reason.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use cvr::registry::Names;
-use cvr_core::pipeline::{Capabilities, Document, resolve};
+use cvr_core::pipeline::{Capabilities, Cell, Document, resolve};
 
 use super::mutate::{Dice, campaign, text};
 
@@ -26,17 +26,16 @@ fn no_configuration_panics_or_is_refused_without_a_place() {
     campaign("configurations", 4000, |mut dice: Dice| {
         let whole = dice.pick(&configurations).clone();
         let hostile = text(&mut dice, &whole);
-        let read =
-            Document::parse("c.toml", &hostile).and_then(|document| document.experiment(&names.known()));
+        let read = Document::parse("c.toml", &hostile).map_err(|e| e.to_string());
+        let read = read.and_then(|document| document.experiment(&names.known()).map_err(|e| e.to_string()));
         match read {
             Ok(experiment) => {
                 let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
-                let ids: Vec<String> = resolution.cells.iter().map(|cell| cell.id()).collect();
+                let ids: Vec<String> = resolution.cells.iter().map(Cell::id).collect();
                 let unsafe_id = ids.iter().find(|id| id.contains(['/', '\0']) || id.starts_with('.'));
                 unsafe_id.map_or(Ok(true), |id| Err(format!("{id:?} is no name of a file")))
             }
-            Err(error) => {
-                let told = error.to_string();
+            Err(told) => {
                 let has_place = told.contains("c.toml:") && told.contains('^');
                 let is_short = told.len() < 4000 + 2 * hostile.lines().map(str::len).max().unwrap_or(0);
                 if has_place && is_short { Ok(false) } else { Err(told) }

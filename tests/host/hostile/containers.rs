@@ -7,7 +7,7 @@ use std::sync::Arc;
 use cvr::registry;
 use cvr_core::codec::{Codec, Settings, decode_stages, encode_file};
 use cvr_core::container::EncodedVolume;
-use cvr_core::volume::{BrickSource as _, FrameIndex, NoReferences, SampleType};
+use cvr_core::volume::{FrameIndex, NoReferences, SampleType};
 use serde_json::{Value, json};
 
 use super::super::volumes::varied;
@@ -43,7 +43,7 @@ impl Parts {
         let mut at = 0;
         let (mut table, mut data) = (serde_json::Map::new(), Vec::new());
         for (name, bytes) in &self.tensors {
-            if let Some(tensor) = self.spec["tensors"].get_mut(name).filter(|tensor| tensor.is_object()) {
+            if let Some(tensor) = tensor_of(&mut self.spec, name) {
                 tensor["crc32c"] = crc32c::crc32c(bytes).into();
                 let (dtype, shape) = (tensor["element"].clone(), tensor["shape"].clone());
                 let end = at + bytes.len();
@@ -69,8 +69,8 @@ impl Parts {
         for _ in 0..=dice.below(3) {
             match dice.below(8) {
                 0 => mutate::json(dice, &mut self.spec),
-                1 => mutate::json(dice, &mut self.spec["layout"]),
-                2 | 3 => mutate::json(dice, &mut self.spec["parameters"]),
+                1 => edit_field(dice, &mut self.spec, "layout"),
+                2 | 3 => edit_field(dice, &mut self.spec, "parameters"),
                 _ => self.edit_tensor(dice),
             }
         }
@@ -97,7 +97,7 @@ impl Parts {
             }
             4 => (0..1 + dice.below(32)).for_each(|_| {
                 let at = dice.below(bytes.len());
-                bytes[at] = dice.next() as u8;
+                bytes[at] = dice.roll() as u8;
             }),
             _ => {
                 // Another length, which the spec tells too.
@@ -112,12 +112,22 @@ impl Parts {
                     if dice.below(2) == 0 { bytes.len().saturating_sub(more) } else { bytes.len() + more };
                 bytes.resize(length / size * size, 0xa5);
                 let elements = bytes.len() / size;
-                if let Some(tensor) = self.spec["tensors"].get_mut(&name).filter(|tensor| tensor.is_object())
-                {
+                if let Some(tensor) = tensor_of(&mut self.spec, &name) {
                     tensor["shape"] = json!([elements]);
                 }
             }
         }
+    }
+}
+
+/// What the spec says of a tensor, if it still does.
+fn tensor_of<'s>(spec: &'s mut Value, name: &str) -> Option<&'s mut Value> {
+    spec.get_mut("tensors")?.get_mut(name).filter(|tensor| tensor.is_object())
+}
+
+fn edit_field(dice: &mut Dice, spec: &mut Value, name: &str) {
+    if let Some(field) = spec.get_mut(name) {
+        mutate::json(dice, field);
     }
 }
 

@@ -19,7 +19,7 @@ impl Dice {
         Self(seed)
     }
 
-    pub fn next(&mut self) -> u64 {
+    pub fn roll(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -29,7 +29,7 @@ impl Dice {
 
     /// Below `n`; 0 where there is nothing below.
     pub fn below(&mut self, n: usize) -> usize {
-        (self.next() % n.max(1) as u64) as usize
+        (self.roll() % n.max(1) as u64) as usize
     }
 
     pub fn pick<'a, T>(&mut self, all: &'a [T]) -> &'a T {
@@ -127,11 +127,11 @@ pub fn bytes(dice: &mut Dice, bytes: &mut Vec<u8>, other: &[u8]) {
         let run = 1 + dice.below(16.min(bytes.len() - at));
         match dice.below(9) {
             0 | 1 => bytes[at] ^= 1 << dice.below(8),
-            2 => bytes[at] = dice.next() as u8,
+            2 => bytes[at] = dice.roll() as u8,
             3 => bytes.truncate(at),
             4 => {
                 let more = 1 + dice.below(64);
-                bytes.extend((0..more).map(|_| dice.next() as u8));
+                bytes.extend((0..more).map(|_| dice.roll() as u8));
             }
             5 => bytes[at..at + run].fill(*dice.pick(&[0, 0xff, b' '])),
             6 => drop(bytes.drain(at..at + run)),
@@ -298,7 +298,7 @@ fn a_campaign_tells_panics_and_problems_with_their_seeds() {
     if std::env::var_os("CVR_HOSTILE").is_some() {
         return;
     }
-    let sorted = |mut dice: Dice| Ok(dice.next() % 2 == 0);
+    let sorted = |mut dice: Dice| Ok(dice.roll() % 2 == 0);
     assert!(
         told(|dice| if dice.0 == 1 { panic!("on purpose") } else { Ok(dice.0 == 0) })
             .contains("case 1 panics")
