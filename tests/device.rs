@@ -13,7 +13,6 @@ mod device {
     mod former_table;
     mod frame_passes;
     mod lost;
-    mod mutated;
     mod parity;
     mod parity_of_parity;
     mod picture_relations;
@@ -26,6 +25,7 @@ mod device {
     mod runs;
     mod scenes;
     mod seams;
+    mod single;
     mod skipping;
     mod slicing;
     mod splitting;

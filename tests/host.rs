@@ -18,6 +18,7 @@ mod host {
     mod frames;
     mod golden;
     mod golden_files;
+    mod hostile;
     mod kills;
     mod manifest;
     mod metrics;

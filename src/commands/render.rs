@@ -4,18 +4,21 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use cvr_core::codec::{Decoder, Site, encode_temporary};
+use cvr_core::codec::{Block, Codec, Decoder, Site, encode_temporary};
 use cvr_core::pipeline::{undrawable, unsupported};
 use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{FrameIndex, Level, ValueRange};
+use cvr_core::volume::{FrameIndex, Level, Replaced, ValueRange};
 
 use super::opened::{LevelArgs, Opened};
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
-use crate::exit::BadInput;
+use crate::exit::{BadInput, SOME_FAILED};
 use crate::experiment::blank;
+use crate::experiment::checked::Expected;
+use crate::experiment::record::Record;
+use crate::experiment::single::{Single, SingleError};
 use crate::experiment::stage::{RAW, check_range};
-use crate::experiment::target::{Decoded, Target, VoxelSource};
+use crate::experiment::target::Target;
 use crate::registry::{Names, renderer};
 
 const EXAMPLES: &str = "\
@@ -23,7 +26,12 @@ Examples:
   cvr render head.nrrd head.png --azimuth 45 --transfer-function tissue --shading
   cvr render head.cvr head.png --site deferred --renderer slicing,geometry=axis --stages 2
   cvr render flow.raw flow.png --dims 64x64x64 --dtype f32 --frames 24 --frame 23 --transfer-function heat
-  cvr render fibres.nii.gz fibres.png --opacity red --range --transfer-function 0.1:#ffffff00,1:#ffffff80";
+  cvr render fibres.nii.gz fibres.png --opacity red --range --transfer-function 0.1:#ffffff00,1:#ffffff80
+
+What the device decodes is compared with the CPU decoder as in `cvr run`: where a voxel differs beyond the codec's
+statement, it is told, nothing is written, and the exit code is 1. Lines that begin with `note:` say what a run would
+note: samples that were replaced, formats that stand in for others, half-precision sums, rays in pieces, and that no
+shader ran where the CPU mirror draws.";
 
 /// Arguments of `cvr render`.
 #[derive(Debug, clap::Args)]
@@ -44,13 +52,16 @@ pub struct Args {
     /// What draws: auto, cpu, vulkan, gl, a part of an adapter's name, or #N of `cvr devices`.
     #[arg(long, default_value = "auto")]
     device: String,
+    /// Draw without comparing first what the device decodes with the CPU decoder, voxel by voxel.
+    #[arg(long)]
+    no_check: bool,
     #[command(flatten)]
     level: LevelArgs,
     #[command(flatten)]
     raw: RawArgs,
 }
 
-/// Draws a picture.
+/// Draws a picture, of voxels that are held to the CPU decoder as in a run.
 ///
 /// # Errors
 /// When arguments, file, device or output are unusable.
@@ -59,8 +70,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let scene = args.scene.scene()?;
-    let (codec, decoder, level) = open(args, &names)?;
-    let refused = unsupported(names.codecs().get(&codec)?.info(), args.site, args.scene.filter)
+    let opened = open(args, &names)?;
+    let (codec, decoder, level) = (opened.codec.info().id, opened.decoder.as_ref(), opened.level);
+    let refused = unsupported(opened.codec.info(), args.site, args.scene.filter)
         .or_else(|| undrawable(&args.renderer, args.site, names.known().renderers));
     if let Some(reason) = refused {
         return Err(BadInput(reason.to_string()));
@@ -71,21 +83,37 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         let file = args.file.display();
         return Err(BadInput(format!("--frame {}: {file} has {frames} frames, counted from 0", index.0)));
     }
-    let frame = Arc::new(DecodedFrame::decode_stages(decoder.as_ref(), index, level.stages)?);
-    let range = range(decoder.as_ref(), (index, level), &frame)?;
+    let frame = Arc::new(DecodedFrame::decode_stages(decoder, index, level.stages)?);
+    let range = range(decoder, (index, level), &frame)?;
     check_range(range).map_err(BadInput)?;
-    let target = Target::open(&args.device)?;
-    let decoded = match args.site {
-        Site::Host => Decoded::Host(target.upload(decoder.as_ref(), (index, level), frame)?),
-        Site::Ring => Decoded::Ring(frame),
-        Site::Deferred => {
-            Decoded::Deferred(target.decode(&codec, decoder.as_ref(), (index, level), &frame)?)
-        }
-        _ => Decoded::Inline,
-    };
-    let source = VoxelSource { codec: &codec, decoder: decoder.as_ref(), frame: index, level, decoded };
     let view = scene.view(range, args.scene.filter)?;
-    let image = target.picture(renderer.as_ref(), &view, &source)?.image()?;
+    let target = Target::open(&args.device)?;
+    let expected = Expected { codec, decoder, key: (index, level), frame, block: opened.block };
+    let single = Single {
+        target: &target,
+        renderer: renderer.as_ref(),
+        view: &view,
+        site: args.site,
+        expected: &expected,
+        check: !args.no_check,
+    };
+    // What a run would enter into the record of such a cell.
+    let mut record = Record::default();
+    record.flag_replaced(opened.replaced, decoder.layout().samples());
+    opened.notes.iter().for_each(|note| record.remark(note));
+    let drawn = single.draw(&mut record);
+    for note in record.notes.iter().flat_map(|notes| notes.split("; ")) {
+        eprintln!("note: {note}");
+    }
+    let image = match drawn {
+        Ok(image) => image,
+        Err(SingleError::Disagrees(problem)) => {
+            let file = args.file.display();
+            eprintln!("failed: {file}: {problem}; nothing was written (--no-check draws all the same)");
+            return Ok(ExitCode::from(SOME_FAILED));
+        }
+        Err(error) => return Err(error.into()),
+    };
     image.write_png(&args.out, scene.background)?;
     if blank::is_blank(&image) {
         let reason = blank::reason(&view, decoder.layout().channels);
@@ -110,19 +138,35 @@ fn range(
     Ok(range.unwrap_or(ValueRange { min: 0.0, max: 0.0 }))
 }
 
+/// What is drawn.
+struct Source {
+    codec: Arc<dyn Codec>,
+    decoder: Box<dyn Decoder>,
+    level: Level,
+    /// The codec's block, if it has one.
+    block: Option<Block>,
+    /// What of the volume's samples was replaced before it was encoded.
+    replaced: Replaced,
+    /// Remarks of the encoder.
+    notes: Vec<String>,
+}
+
 /// An encoded volume as it is, any other through the codec `raw`.
-fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>, Level), BadInput> {
-    if is_container(&args.file) {
-        let opened = Opened::open(&args.file, names)?;
-        let level = args.level.of(opened.codec.as_ref(), &opened.stream.spec().settings)?;
-        return Ok((opened.codec.info().id.to_owned(), opened.decoder, level));
-    }
-    let volume = args.raw.load(&args.file)?.volume;
-    let raw = names.codecs().get(RAW)?;
-    let settings = raw.info().default_settings();
-    let level = args.level.of(raw.as_ref(), &settings)?;
-    let stream = encode_temporary(raw.as_ref(), &settings, &volume)?;
-    Ok((RAW.to_owned(), raw.decoder(Arc::new(stream))?, level))
+fn open(args: &Args, names: &Names) -> Result<Source, BadInput> {
+    let (codec, stream, decoder) = if is_container(&args.file) {
+        let Opened { stream, codec, decoder } = Opened::open(&args.file, names)?;
+        (codec, stream, decoder)
+    } else {
+        let volume = args.raw.load(&args.file)?.volume;
+        let raw = names.codecs().get(RAW)?;
+        let stream = Arc::new(encode_temporary(raw.as_ref(), &raw.info().default_settings(), &volume)?);
+        (raw.clone(), stream.clone(), raw.decoder(stream)?)
+    };
+    let spec = stream.spec();
+    let level = args.level.of(codec.as_ref(), &spec.settings)?;
+    let block = codec.block(&spec.settings);
+    let (replaced, notes) = (spec.replaced, spec.report.notes.clone());
+    Ok(Source { codec, decoder, level, block, replaced, notes })
 }
 
 /// A site by its name.

@@ -13,6 +13,7 @@ use super::config_file::ConfigFile;
 use super::volume_args::RawArgs;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
 use crate::experiment::blank;
+use crate::experiment::checked::not_run;
 use crate::experiment::folder::lock;
 use crate::experiment::interrupt;
 use crate::experiment::machine;
@@ -262,6 +263,9 @@ fn summary(folder: &Path, outcome: &Outcome, resolution: &Resolution, start: Ins
         resolution.refused.len(),
         start.elapsed().as_secs_f64()
     );
+    if let Some(told) = not_run(&outcome.records) {
+        eprintln!("{told}");
+    }
     say!("report: {}", folder.join("report.html").display());
 }
 

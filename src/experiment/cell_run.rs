@@ -43,10 +43,7 @@ pub fn empty_record(
         series,
         ..Record::default()
     };
-    let rounded = volume.replaced().rounded;
-    if rounded > 0 {
-        record.remark(&format!("{rounded} samples of the input were rounded to single precision"));
-    }
+    record.flag_replaced(volume.replaced(), layout.samples());
     record
 }
 
@@ -108,10 +105,6 @@ pub fn run(record: &mut Record, run: &FrameRun<'_>, stage: &mut Stage<'_>) -> Re
         record.frame_figures = Some(path);
     }
     encoded.check_promises()?;
-    match record.parity_mismatches {
-        Some(mismatches) if mismatches > 0 && run.cell.site == Site::Inline => Err(format!(
-            "shader and CPU decoder disagree on {mismatches} samples beyond the codec's statement"
-        )),
-        _ => Ok(()),
-    }
+    let problem = (run.cell.site == Site::Inline).then(|| run.shared.inline_problem(range)).flatten();
+    problem.map_or(Ok(()), Err)
 }

@@ -6,8 +6,9 @@ use cvr_core::codec::{Decoder, Parity, deferred_agreement};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::repeated;
-use cvr_engine::{FrameDecoder, VolumeTexture};
+use cvr_engine::{EngineError, FrameDecoder, VolumeTexture};
 
+use super::checked::{Checked, Expected};
 use super::record::Record;
 use super::target::{DrawError, Target};
 
@@ -46,35 +47,31 @@ pub struct SharedDecode {
     volume: DeferredVolume,
     decode_ms: Option<f64>,
     peak_bytes: Option<u64>,
-    parity: Option<Parity>,
+    checked: Option<Checked>,
 }
 
 impl SharedDecode {
-    /// Has the device decode a frame at a level, several times over. The mirror, which draws from `frame`, has nothing to
-    /// time and to compare.
+    /// Has the device decode a frame at a level, several times over. The mirror, which draws from the frame as the CPU
+    /// decodes it, has nothing to time and to compare.
     ///
     /// # Errors
     /// As [`Target::decode`], and when the texture cannot be read back.
-    pub fn new(
-        target: &Target,
-        codec: &str,
-        decoder: &dyn Decoder,
-        key: (FrameIndex, Level),
-        frame: &Arc<DecodedFrame>,
-    ) -> Result<Self, DrawError> {
+    pub fn new(target: &Target, expected: &Expected<'_>) -> Result<Self, String> {
+        let Expected { codec, decoder, key: (frame, level), .. } = *expected;
         let Target::Device(device) = target else {
-            let volume = DeferredVolume::of_mirror(frame);
-            return Ok(Self { volume, decode_ms: None, peak_bytes: None, parity: None });
+            let volume = DeferredVolume::of_mirror(&expected.frame);
+            return Ok(Self { volume, decode_ms: None, peak_bytes: None, checked: None });
         };
-        let passes = FrameDecoder::new(device, codec, decoder, key.0, key.1)?;
-        let (decode_ms, _) = repeated(|| passes.decode(), RUNS)?;
+        let text = |e: EngineError| e.to_string();
+        let passes = FrameDecoder::new(device, codec, decoder, frame, level).map_err(text)?;
+        let (decode_ms, _) = repeated(|| passes.decode(), RUNS).map_err(text)?;
         let peak_bytes = Some(passes.peak_bytes());
         let texture = Some(Arc::new(passes.texture().clone()));
         // What only decoding needs is freed before the texture is read back.
         drop(passes);
         let volume = DeferredVolume { texture, frame: None };
-        let parity = volume.parity(target, decoder, key, frame)?;
-        Ok(Self { volume, decode_ms: Some(decode_ms), peak_bytes, parity })
+        let checked = expected.deferred(target, &volume)?;
+        Ok(Self { volume, decode_ms: Some(decode_ms), peak_bytes, checked })
     }
 
     /// The volume, for a cell in whose record time, memory and mismatches are entered.
@@ -84,12 +81,7 @@ impl SharedDecode {
     pub fn enter(&self, record: &mut Record) -> Result<DeferredVolume, String> {
         record.device_decode_ms = self.decode_ms;
         record.device_decode_bytes = self.peak_bytes;
-        if let Some(parity) = self.parity {
-            record.parity_mismatches = Some(parity.mismatches);
-            if !parity.holds() {
-                return Err(format!("what the device decoded is not what the CPU decodes: {parity}"));
-            }
-        }
+        self.checked.as_ref().map_or(Ok(()), |checked| checked.enter(record))?;
         Ok(self.volume.clone())
     }
 }

@@ -4,17 +4,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use cvr_core::codec::{
-    Block, Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_stages, encode_file,
-};
+use cvr_core::codec::{Block, Codec, Decoder, Progress, Settings, decode_stages, encode_file};
 use cvr_core::container::EncodedVolume;
 use cvr_core::metrics::{ErrorHistogram, FrameError, VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, Level, NoReferences, Region};
 
+use super::checked::Expected;
 use super::latest::Latest;
 use super::skipping::LazyRanges;
-use super::target::Target;
 
 /// A volume as one codec with one set of settings gives it back, at one level.
 #[derive(Debug)]
@@ -198,30 +196,13 @@ impl Encoded {
         }
     }
 
-    /// Samples of a frame on which `target`'s real generated shader and the CPU decoder disagree beyond
-    /// the codec's statement, through `fetch` and, where `use_cell` says so, through `fetch_cell` too; `None` where
-    /// there is no device or no shader.
+    /// What a frame of this stream is held to; `codec` is the codec's id.
     ///
     /// # Errors
-    /// When the device cannot run the shader.
-    pub fn parity(
-        &self,
-        codec: &str,
-        target: &Target,
-        frame: FrameIndex,
-        use_cell: bool,
-    ) -> Result<Option<u64>, String> {
-        let (Target::Device(device), Some(shader)) = (target, self.decoder.shader()) else {
-            return Ok(None);
-        };
-        let (decoder, agreement) = (self.decoder.as_ref(), shader.agreement());
-        let (decoded, key) = (self.frame(frame)?, (frame, self.level));
-        let paths: &[bool] = if use_cell { &[false, true] } else { &[false] };
-        let mut mismatches = 0;
-        for &use_cell in paths {
-            let dump = device.dump_at(codec, decoder, key, use_cell)?;
-            mismatches += Parity::compare_at(decoder, agreement, key, decoded.values(), &dump).mismatches;
-        }
-        Ok(Some(mismatches))
+    /// A sentence, when it cannot be decoded.
+    pub fn expected<'a>(&'a self, codec: &'a str, frame: FrameIndex) -> Result<Expected<'a>, String> {
+        let key = (frame, self.level);
+        let decoder = self.decoder.as_ref();
+        Ok(Expected { codec, decoder, key, frame: self.frame(frame)?, block: self.block })
     }
 }

@@ -73,9 +73,9 @@ impl FrameRun<'_> {
         record.resident_bytes = picture.resident_bytes();
         record.filtering = Some(picture.filtering().to_owned());
         record.flag_fallbacks(picture.fallback(), baseline.fallback());
-        record.flag_blending(picture.blends_in_half());
+        record.flag_blending(picture.blends_in_half(), true);
         if cell.site == Site::Ring {
-            ring::enter(record, &picture, encoded, frame)?;
+            ring::enter(record, &picture, &shared.expected(frame)?)?;
         }
         let image = picture.image().map_err(|e| e.to_string())?;
 

@@ -1,12 +1,10 @@
 //! The site *host*: a frame in a texture that the device only reads. Where it holds the codec's blocks, the texture unit
 //! decodes them, and is held to what the CPU decodes.
 
-use std::sync::Arc;
-
 use cvr_core::codec::{Decoder, Parity};
-use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, Level};
 
+use super::checked::{Checked, Expected};
 use super::record::Record;
 use super::target::{DrawError, HostVolume, Target};
 
@@ -14,23 +12,31 @@ use super::target::{DrawError, HostVolume, Target};
 #[derive(Clone, Debug)]
 pub struct SharedUpload {
     volume: HostVolume,
-    parity: Option<Parity>,
+    checked: Option<Checked>,
 }
 
 impl SharedUpload {
-    /// Uploads a frame at a level, which the CPU has decoded to `frame`.
+    /// Uploads a frame at a level as the CPU has decoded it, or the codec's blocks.
     ///
     /// # Errors
     /// As [`Target::upload`], and when the texture cannot be read.
-    pub fn new(
+    pub fn new(target: &Target, expected: &Expected<'_>) -> Result<Self, String> {
+        let volume = target.upload(expected.decoder, expected.key, expected.frame.clone());
+        Self::of(target, expected, volume.map_err(|e| e.to_string())?, true)
+    }
+
+    /// What was uploaded, compared where `check` says so.
+    ///
+    /// # Errors
+    /// When the texture cannot be read.
+    pub fn of(
         target: &Target,
-        decoder: &dyn Decoder,
-        key: (FrameIndex, Level),
-        frame: Arc<DecodedFrame>,
-    ) -> Result<Self, DrawError> {
-        let volume = target.upload(decoder, key, frame)?;
-        let parity = volume.parity(target, decoder, key)?;
-        Ok(Self { volume, parity })
+        expected: &Expected<'_>,
+        volume: HostVolume,
+        check: bool,
+    ) -> Result<Self, String> {
+        let checked = if check { expected.host(target, &volume)? } else { None };
+        Ok(Self { volume, checked })
     }
 
     /// The volume, for a cell in whose record mismatches and a fallback are entered.
@@ -41,13 +47,10 @@ impl SharedUpload {
         if let Some(fallback) = self.volume.fallback {
             record.remark(&fallback.to_string());
         }
-        if let Some(parity) = self.parity {
-            record.parity_mismatches = Some(parity.mismatches);
-            if !parity.holds() {
-                return Err(format!("what the texture unit decodes is not what the CPU decodes: {parity}"));
-            }
-            if parity.largest > 0.0 {
-                let off = parity.largest;
+        if let Some(checked) = &self.checked {
+            checked.enter(record)?;
+            if checked.largest > 0.0 {
+                let off = checked.largest;
                 record.remark(&format!(
                     "the texture unit decodes up to {off:.4} beside the definition of its format"
                 ));

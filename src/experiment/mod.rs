@@ -3,6 +3,7 @@
 pub mod blank;
 pub mod cell_file;
 pub mod cell_run;
+pub mod checked;
 pub mod deferred;
 pub mod encoded;
 pub mod error_histogram;
@@ -29,6 +30,7 @@ pub mod scenes;
 pub mod series;
 pub mod shard;
 pub mod shared;
+pub mod single;
 pub mod skipping;
 pub mod stage;
 pub mod surfaces;

@@ -1,5 +1,6 @@
 //! One record per cell: the names are public and meant to last.
 
+use cvr_core::volume::Replaced;
 use cvr_engine::{RayPieces, TextureFallback};
 use serde::{Deserialize, Serialize};
 
@@ -259,11 +260,26 @@ impl Record {
     }
 
     /// Remarks on slices that are summed in half precision although the cell asked for single.
-    pub fn flag_blending(&mut self, in_half: bool) {
+    /// The baseline of a frame time is summed so too.
+    pub fn flag_blending(&mut self, in_half: bool, has_baseline: bool) {
         if in_half {
-            self.remark(
-                "the device cannot blend single precision: slices are summed in half precision, in the baseline too",
-            );
+            let too = if has_baseline { ", in the baseline too" } else { "" };
+            self.remark(&format!(
+                "the device cannot blend single precision: slices are summed in half precision{too}"
+            ));
+        }
+    }
+
+    /// Remarks on what was not drawn, or encoded, as the volume's file has it. The volume has so many samples.
+    pub fn flag_replaced(&mut self, replaced: Replaced, samples: u64) {
+        if let Some(told) = replaced.in_words(samples) {
+            self.remark(&told);
+        }
+        if replaced.rounded > 0 {
+            self.remark(&format!(
+                "{} samples of the input were rounded to single precision",
+                replaced.rounded
+            ));
         }
     }
 
@@ -326,9 +342,9 @@ mod tests {
         let expected = "rays walked in 4 pieces of 64 samples: this device ends loops that take longer";
         assert_eq!(record.notes.as_deref(), Some(expected));
         let mut record = Record::default();
-        record.flag_blending(false);
+        record.flag_blending(false, true);
         assert_eq!(record.notes, None);
-        record.flag_blending(true);
-        assert!(record.notes.unwrap().contains("half precision"));
+        record.flag_blending(true, false);
+        assert!(record.notes.unwrap().ends_with("summed in half precision"));
     }
 }

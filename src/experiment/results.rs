@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::provenance::{Provenance, RefusedCell};
 use super::record::Record;
-use super::series;
+use super::{checked, series};
 
 /// Why a file of results could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -34,8 +34,8 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads a `results.json`. Records of versions that had no series get it. PSNR that is `null` beside a maximum
-    /// error of 0, or an SSIM of 1, is infinite again.
+    /// Reads a `results.json`. Records of versions that had no series get it, and those of the CPU mirror the
+    /// remark that no shader ran. PSNR that is `null` beside a maximum error of 0, or an SSIM of 1, is infinite again.
     ///
     /// # Errors
     /// When the file cannot be read or is none.
@@ -44,6 +44,7 @@ impl Results {
         let mut results: Self = serde_json::from_slice(&bytes).map_err(|e| fail(path, e))?;
         results.records.iter_mut().for_each(restore_infinities);
         results.records.iter_mut().for_each(series::restore);
+        results.records.iter_mut().for_each(checked::restore);
         Ok(results)
     }
 }

@@ -6,15 +6,17 @@ use std::collections::BTreeMap;
 
 use cvr_core::codec::Site;
 use cvr_core::metrics::isosurface::SurfaceDistance;
-use cvr_core::pipeline::Cell;
+use cvr_core::pipeline::{Cell, FrameRange};
 use cvr_core::render::Filter;
 use cvr_core::volume::FrameIndex;
 
+use super::checked::{Checked, Expected};
 use super::deferred::SharedDecode;
 use super::encoded::Encoded;
 use super::host::SharedUpload;
 use super::latest::Latest;
 use super::record::Record;
+use super::ring;
 use super::stage::Stage;
 use super::surfaces;
 use super::target::{Decoded, Target};
@@ -26,7 +28,8 @@ pub struct Shared<'a> {
     target: &'a Target,
     /// Whether a cell reads voxels through `fetch_cell`.
     use_cell: bool,
-    parity: RefCell<BTreeMap<FrameIndex, Option<u64>>>,
+    /// What came of comparing the shader's fetches; `None` where no device ran it.
+    fetched: RefCell<BTreeMap<FrameIndex, Option<Checked>>>,
     host: Latest<SharedUpload>,
     deferred: Latest<SharedDecode>,
     /// By scene and frame.
@@ -42,10 +45,10 @@ impl<'a> Shared<'a> {
         mut cells: impl Iterator<Item = &'c Cell>,
     ) -> Self {
         let use_cell = cells.any(|cell| cell.filter == Filter::OptimisedLinear);
-        let parity = RefCell::default();
+        let fetched = RefCell::default();
         let (host, deferred) = (Latest::default(), Latest::default());
         let surfaces = RefCell::default();
-        Self { codec, encoded, target, use_cell, parity, host, deferred, surfaces }
+        Self { codec, encoded, target, use_cell, fetched, host, deferred, surfaces }
     }
 
     /// The stream.
@@ -75,40 +78,53 @@ impl<'a> Shared<'a> {
         Ok(distance)
     }
 
+    /// A frame of the stream, which sites are held to.
+    ///
+    /// # Errors
+    /// A sentence, when it cannot be decoded.
+    pub fn expected(&self, frame: FrameIndex) -> Result<Expected<'a>, String> {
+        self.encoded.expected(self.codec, frame)
+    }
+
     /// A frame as a site wants it. The record learns what the device took to decode it, and on how many samples its
-    /// shader and the CPU disagree.
+    /// shader and the CPU disagree, or that no shader ran.
     ///
     /// # Errors
     /// A sentence, when a frame cannot be decoded or held, or the device decodes other texels than the CPU.
     pub fn decoded(&self, site: Site, frame: FrameIndex, record: &mut Record) -> Result<Decoded, String> {
-        let decoder = self.encoded.decoder.as_ref();
+        let expected = self.expected(frame)?;
+        expected.flag_not_run(self.target, site, record);
         Ok(match site {
             Site::Host => {
-                let upload = self.host.get(frame, || {
-                    let key = (frame, self.encoded.level);
-                    SharedUpload::new(self.target, decoder, key, self.encoded.frame(frame)?)
-                        .map_err(|e| e.to_string())
-                })?;
+                let upload = self.host.get(frame, || SharedUpload::new(self.target, &expected))?;
                 Decoded::Host(upload.enter(record)?)
             }
-            Site::Ring => Decoded::Ring(self.encoded.frame(frame)?),
+            Site::Ring => {
+                ring::flag_mirror(self.target, record);
+                Decoded::Ring(expected.frame)
+            }
             Site::Deferred => {
-                let decode = self.deferred.get(frame, || {
-                    let decoded = self.encoded.frame(frame)?;
-                    SharedDecode::new(self.target, self.codec, decoder, (frame, self.encoded.level), &decoded)
-                        .map_err(|e| e.to_string())
-                })?;
+                let decode = self.deferred.get(frame, || SharedDecode::new(self.target, &expected))?;
                 Decoded::Deferred(decode.enter(record)?)
             }
             _ => {
-                let known = self.parity.borrow().get(&frame).copied();
-                record.parity_mismatches = match known {
-                    Some(mismatches) => mismatches,
-                    None => self.encoded.parity(self.codec, self.target, frame, self.use_cell)?,
+                let known = self.fetched.borrow().get(&frame).cloned();
+                let checked = match known {
+                    Some(checked) => checked,
+                    None => expected.inline(self.target, self.use_cell)?,
                 };
-                self.parity.borrow_mut().insert(frame, record.parity_mismatches);
+                record.parity_mismatches = checked.as_ref().map(|checked| checked.mismatches);
+                self.fetched.borrow_mut().insert(frame, checked);
                 Decoded::Inline
             }
         })
+    }
+
+    /// What is wrong with what the shader fetches at the site *inline*, in the first of these frames in which it is. Such a
+    /// cell is drawn and timed all the same, so that the fault can be looked at.
+    #[must_use]
+    pub fn inline_problem(&self, frames: FrameRange) -> Option<String> {
+        let fetched = self.fetched.borrow();
+        frames.iter().find_map(|frame| fetched.get(&frame)?.as_ref()?.problem.clone())
     }
 }

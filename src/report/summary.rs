@@ -7,6 +7,7 @@ use super::noise::{is_noisy, tie};
 use super::number::{bytes, decibels, fixed, median, short};
 use super::pareto;
 use crate::experiment::blank;
+use crate::experiment::checked::not_run;
 use crate::experiment::labels::{Labels, full_cell, full_coding};
 use crate::experiment::provenance::RefusedCell;
 use crate::experiment::record::Record;
@@ -154,7 +155,12 @@ fn fastest(records: &[Record], labels: &Labels) -> Option<String> {
     Some(sentence + ".")
 }
 
-/// Up to five sentences on speed, pictures and failures.
+fn upper_first(sentence: String) -> String {
+    let mut letters = sentence.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Up to six sentences on speed, what was not compared, pictures and failures.
 fn sentences(records: &[Record], labels: &Labels) -> Vec<String> {
     let mut out = Vec::new();
     let times = |wanted: fn(&Record) -> bool| {
@@ -180,6 +186,7 @@ fn sentences(records: &[Record], labels: &Labels) -> Vec<String> {
             by_site.join(", ")
         ));
     }
+    out.extend(not_run(records).map(upper_first));
     out.extend(fastest(records, labels));
     out.extend(skipping(records));
     let failed: Vec<&Record> = records.iter().filter(|r| !ok(r)).collect();
@@ -300,6 +307,16 @@ mod tests {
         let labels = Labels::of(&records);
         assert_eq!(sentences(&records, &labels), sentences(&[seen], &labels));
         assert!(sentences(&records[..2], &labels).is_empty(), "{:?}", sentences(&records[..2], &labels));
+    }
+
+    #[test]
+    fn cells_whose_shader_did_not_run_are_told() {
+        let cell = |notes: Option<&str>| Record { notes: notes.map(str::to_owned), ..timed("vq", 1.0, 0.1) };
+        let told = |records: &[Record]| sentences(records, &Labels::of(records)).join("\n");
+        let ran = [cell(None), cell(Some("noisy timing"))];
+        assert!(!told(&ran).contains("hader not run"));
+        let mixed = [cell(None), cell(Some("noisy timing; shader not run: the CPU mirror drew"))];
+        assert!(told(&mixed).contains("Shader not run: 1 of 2 cells"), "{}", told(&mixed));
     }
 
     #[test]

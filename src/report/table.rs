@@ -6,6 +6,7 @@ use cvr_core::metrics;
 
 use super::cells::{distinct, ok};
 use super::number::{NONE, bytes, fixed, short};
+use crate::experiment::checked::SHADER_NOT_RUN;
 use crate::experiment::files::{ERRORS, FRAMES};
 use crate::experiment::labels::Labels;
 use crate::experiment::record::{Record, is_listed};
@@ -218,7 +219,9 @@ const COLUMNS: &[Column] = &[
     secondary(number("last_frame", "last drawn", |r| r.last_frame.to_string())),
     secondary(file("frame_figures", "figures of frames", |r| &r.frame_figures)),
     secondary(file("error_histogram", "histogram of errors", |r| &r.error_histogram)),
-    secondary(number("parity_mismatches", "parity mismatches", |r| count(r.parity_mismatches))),
+    secondary(number("parity_mismatches", "parity mismatches", |r| {
+        if r.shader_not_run() { SHADER_NOT_RUN.to_owned() } else { count(r.parity_mismatches) }
+    })),
     secondary(number("replaced_samples", "replaced samples", |r| r.replaced_samples.to_string())),
     secondary(Column { text: Text::Series, ..text("series", "curve", |_| String::new()) }),
     secondary(text("device", "device", |r| r.device.clone())),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use cvr::estimate::Trials;
+use cvr::experiment::checked::Expected;
 use cvr::experiment::host::SharedUpload;
 use cvr::experiment::host_texture::HostTexture;
 use cvr::experiment::record::{Record, Status};
@@ -22,10 +23,10 @@ use cvr_engine::testing::{lacking, test_device};
 use cvr_engine::{BlockFallback, Device, DrawSource, VolumeTexture};
 use cvr_raycasting::Raycasting;
 
-use super::mutated::{Mutated, Mutation};
 use super::runs::run;
 use super::scenes::{camera, clipped, draw, mirror, rule, source, textured, view};
 use super::subjects::{ODD, codec, encoded, noise, settings};
+use cvr_codec_tests::mutated::{Mutated, Mutation};
 
 const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
 
@@ -59,7 +60,9 @@ fn held(device: &Device, decoder: &dyn Decoder) -> Box<dyn Decoder> {
 /// As a run would upload it, and what it then enters into a record.
 fn entered(device: &Device, decoder: &dyn Decoder) -> (Record, Result<(), String>) {
     let frame = Arc::new(DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap());
-    let upload = SharedUpload::new(&Target::Device(device.clone()), decoder, KEY, frame).unwrap();
+    let block = codec("bc4").block(&settings(&[]));
+    let expected = Expected { codec: "bc4", decoder, key: KEY, frame, block };
+    let upload = SharedUpload::new(&Target::Device(device.clone()), &expected).unwrap();
     let mut record = Record::default();
     let result = upload.enter(&mut record).map(drop);
     (record, result)
@@ -92,6 +95,13 @@ fn a_wrong_bit_is_caught() {
     let told = result.unwrap_err();
     assert!(
         told.starts_with("what the texture unit decodes is not what the CPU decodes: 1 of 5083"),
+        "{told}"
+    );
+    assert!(
+        told.contains("; the first is voxel ")
+            && told.contains(" (frame 0), in block ")
+            && told.contains(" of 4×4×1 voxels: ")
+            && told.ends_with(" apart is allowed"),
         "{told}"
     );
     assert_eq!(record.parity_mismatches, Some(1));

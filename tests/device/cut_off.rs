@@ -10,10 +10,10 @@ use cvr_core::volume::SampleType;
 use cvr_engine::testing::test_device;
 use cvr_engine::{Device, Drawing, EngineError, RayPieces};
 
-use super::mutated::Mutated;
 use super::runs::run;
 use super::scenes::{camera, mirror, mirror_by, rule, source, textured, view};
 use super::subjects::{codec, encoded, settings};
+use cvr_codec_tests::mutated::Mutated;
 
 fn zfp(edge: u32, rate: &str) -> Box<dyn Decoder> {
     let volume = textured([edge; 3], [1.0; 3], SampleType::U8);

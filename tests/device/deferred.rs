@@ -12,9 +12,9 @@ use cvr_core::volume::{FrameIndex, Level, SampleType};
 use cvr_engine::testing::test_device;
 use cvr_engine::{Device, EngineError, VolumeTexture};
 
-use super::mutated::Mutated;
 use super::scenes::{draw, rule, source, textured, view};
 use super::subjects::{ODD, codec, decoded, encoded, noise, settings};
+use cvr_codec_tests::mutated::Mutated;
 
 const FIRST: FrameIndex = FrameIndex::FIRST;
 const KEY: (FrameIndex, Level) = (FIRST, Level::FULL);

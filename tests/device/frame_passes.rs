@@ -198,6 +198,10 @@ fn a_run_fails_the_cells_of_a_wrong_pass() {
         assert!(record.parity_mismatches.is_some_and(|n| n > 0) && record.device_decode_ms.is_some());
         let error = record.error.as_ref().unwrap();
         assert!(error.starts_with("what the device decoded is not what the CPU decodes: "), "{error}");
+        assert!(
+            error.contains("; the first is voxel ") && error.contains(" where the CPU decodes "),
+            "{error}"
+        );
         assert_eq!(find(&outcome.records, "haar", "host", filter).error, None);
     }
 }

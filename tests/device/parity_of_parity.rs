@@ -5,8 +5,8 @@ use cvr_core::volume::{FrameIndex, SampleType};
 use cvr_engine::Device;
 use cvr_engine::testing::test_device;
 
-use super::mutated::{Mutated, Mutation};
 use super::subjects::{ODD, codec, decoded, encoded, noise, settings};
+use cvr_codec_tests::mutated::{Mutated, Mutation};
 
 const SETTINGS: &[(&str, &[(&str, &str)])] =
     &[("raw", &[("bits", "native")]), ("s3dc", &[("block", "4"), ("index_bits", "4")])];

@@ -9,9 +9,9 @@ use cvr_core::volume::{BrickSource as _, FrameIndex};
 use cvr_core::volume::{DenseVolume, FiniteVolume, SampleType, Samples};
 use cvr_engine::testing::test_device;
 
-use super::mutated::Mutated;
 use super::scenes::{clipped, draw, inline, lit, mirror, source, textured, view};
 use super::subjects::{ODD, codec, encoded, settings};
+use cvr_codec_tests::mutated::Mutated;
 
 const SAMPLE: SampleType = SampleType::U8;
 

@@ -7,9 +7,9 @@ use cvr_engine::testing::test_device;
 use cvr_engine::{Device, DrawSource, Drawing, EngineError, VolumeTexture};
 use cvr_raycasting::Raycasting;
 
-use super::mutated::{Mutated, Mutation};
 use super::scenes::{inline, textured, view};
 use super::subjects::{ODD, codec, encoded, settings};
+use cvr_codec_tests::mutated::{Mutated, Mutation};
 
 const SAMPLE: SampleType = SampleType::U8;
 

@@ -20,12 +20,12 @@ use cvr_raycasting::Raycasting;
 use cvr_slicing::{Geometry, OpacityCorrection, Slicing};
 
 use super::colour::{coloured, views as colour_views};
-use super::mutated::Mutated;
 use super::scenes::{
     camera, deferred, draw_by, lit, mirror_by, ring, rule, source, sums_single, textured, transfer_function,
     view,
 };
 use super::subjects::{ODD, codec, decoded, encoded, noise, settings, sweep};
+use cvr_codec_tests::mutated::Mutated;
 
 use Projection::{Orthographic, Perspective};
 
@@ -319,14 +319,20 @@ fn a_cell_whose_ring_holds_other_values_fails() {
         let voxels = VoxelSource { codec: "raw", decoder, frame: FIRST, level, decoded };
         let picture = target.picture(&SLICING, &view, &voxels).unwrap();
         let mut record = Record::default();
-        (enter(&mut record, &picture, encoded, FIRST), record.parity_mismatches)
+        let expected = encoded.expected("raw", FIRST).unwrap();
+        (enter(&mut record, &picture, &expected), record.parity_mismatches)
     };
     assert_eq!(entered(&right), (Ok(()), Some(0)));
     let same = encoded(raw.as_ref(), &settings, &volume);
     let mutated = Mutated::snippet(same, "lane * raw_bits", "(lane + 1u) * raw_bits");
     right.decoder = std::sync::Arc::new(mutated);
     let (result, mismatches) = entered(&right);
-    assert!(result.unwrap_err().contains("through the ring is not what the CPU decodes"));
+    let told = result.unwrap_err();
+    assert!(
+        told.contains("through the ring is not what the CPU decodes")
+            && told.contains("; the first is voxel 0 0 0 (frame 0): "),
+        "{told}"
+    );
     assert!(mismatches.unwrap() > 1000, "{mismatches:?}");
 }
 

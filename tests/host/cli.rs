@@ -12,5 +12,6 @@ mod inputs;
 mod lists;
 mod output;
 mod own_volume;
+mod render;
 mod rerun;
 mod round_trip;

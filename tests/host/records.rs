@@ -308,7 +308,8 @@ fn the_mirror_draws_no_ring_and_says_so() {
             };
             let (ring, whole) = (of("ring"), of("deferred"));
             assert!(ring.notes.as_ref().unwrap().contains("CPU mirror has no ring"), "{:?}", ring.notes);
-            assert!(!whole.notes.as_ref().is_some_and(|notes| notes.contains("mirror")), "{:?}", whole.notes);
+            assert!(!whole.notes.as_ref().unwrap().contains("ring"), "{:?}", whole.notes);
+            assert!(ring.shader_not_run() && whole.shader_not_run(), "{:?}", ring.notes);
             assert_eq!((ring.resident_bytes, ring.parity_mismatches), (None, None));
             assert_eq!(image(ring), image(whole), "{codec} {filter}");
         }
@@ -330,6 +331,7 @@ fn records_are_complete_and_consistent() {
         assert_eq!(record.frame_clock.as_deref(), Some("wall"), "{id}: a CPU has no timestamps");
         assert_eq!((record.filtering.as_deref(), record.resident_bytes), (Some("manual"), None), "{id}");
         assert_eq!((record.replaced_samples, record.parity_mismatches), (0, None), "{id}");
+        assert_eq!(record.shader_not_run(), record.site != "host", "{id}: {:?}", record.notes);
         assert_eq!(record.device_decode_ms, None, "{id}: no device decodes");
     }
 }

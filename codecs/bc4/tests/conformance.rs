@@ -5,7 +5,8 @@ use cvr_core::codec::Settings;
 use cvr_core::conformance;
 
 fn passes(settings: &Settings) {
-    let report = conformance::run_with(cvr_bc4::codec().as_ref(), std::slice::from_ref(settings), None);
+    let dump = cvr_codec_tests::device::dump("bc4::conformance");
+    let report = conformance::run_with(cvr_bc4::codec().as_ref(), std::slice::from_ref(settings), dump);
     report.assert_ok();
     // `largest`: a range from the lowest to the highest single overflows; and one whose steps would vanish.
     assert!(report.refused <= 2, "{} of {} volumes refused", report.refused, report.checks);
@@ -19,4 +20,10 @@ fn the_default_passes() {
 #[test]
 fn the_range_passes() {
     passes(&settings(&[("quality", "range")]));
+}
+
+/// Where a device runs the shaders, a wrong one does not pass.
+#[test]
+fn a_wrong_snippet_is_noticed() {
+    cvr_codec_tests::device::notices(cvr_bc4::codec(), "16u + 3u * texel", "16u + 3u * (texel ^ 1u)");
 }

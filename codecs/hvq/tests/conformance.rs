@@ -5,7 +5,8 @@ use cvr_core::codec::Settings;
 use cvr_core::conformance;
 
 fn passes(list: &[Settings]) {
-    let report = conformance::run_with(cvr_hvq::codec().as_ref(), list, None);
+    let dump = cvr_codec_tests::device::dump("hvq::conformance");
+    let report = conformance::run_with(cvr_hvq::codec().as_ref(), list, dump);
     report.assert_ok();
     // `largest`: a range from the lowest to the highest single overflows. `smallest normals`: steps below 2^-100.
     assert!(report.refused <= 2 * list.len(), "{} of {} volumes refused", report.refused, report.checks);
@@ -52,4 +53,14 @@ fn large_codebooks_and_tables_per_frame_pass() {
             ("init", "pnn"),
         ]),
     ]);
+}
+
+/// Where a device runs the shaders, a wrong one does not pass.
+#[test]
+fn a_wrong_snippet_is_noticed() {
+    cvr_codec_tests::device::notices(
+        cvr_hvq::codec(),
+        "(inside.z * 4u + inside.y) * 4u + inside.x",
+        "(inside.z * 4u + inside.x) * 4u + inside.y",
+    );
 }

@@ -36,12 +36,25 @@ impl RawDecoder {
         let words = form.words_per_frame(&layout);
         let shape = [u64::from(layout.frames), words];
         let samples = volume.tensor_of_shape(SAMPLES, Element::U32, &shape)?.clone();
+        if let Some(word) = samples.words().iter().position(|word| !is_finite(form.kind, *word)) {
+            return Err(DecodeError::Corrupt(format!("word {word} of `{SAMPLES}` holds no finite number")));
+        }
         Ok(Self { layout, form, range, samples, words_per_frame: words as usize })
     }
 
     fn frame(&self, frame: FrameIndex) -> &[u32] {
         let at = frame.0 as usize * self.words_per_frame;
         &self.samples.words()[at..at + self.words_per_frame]
+    }
+}
+
+/// Whether what a word holds is finite: no encoder writes anything else.
+const fn is_finite(kind: Kind, word: u32) -> bool {
+    const HALF: u32 = 0x7c00;
+    match kind {
+        Kind::Single => f32::from_bits(word).is_finite(),
+        Kind::Half => word & HALF != HALF && (word >> 16) & HALF != HALF,
+        Kind::Unsigned | Kind::Signed | Kind::Scaled => true,
     }
 }
 

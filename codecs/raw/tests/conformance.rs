@@ -12,7 +12,8 @@ fn with_bits(bits: &str) -> Settings {
 
 #[test]
 fn native_passes_and_refuses_nothing() {
-    let report = conformance::run(cvr_raw::codec().as_ref(), None);
+    let dump = cvr_codec_tests::device::dump("raw::conformance");
+    let report = conformance::run(cvr_raw::codec().as_ref(), dump);
     report.assert_ok();
     assert_eq!(report.refused, 0);
 }
@@ -20,7 +21,8 @@ fn native_passes_and_refuses_nothing() {
 #[test]
 fn eight_bits_and_half_pass() {
     let settings = [with_bits("8"), with_bits("half")];
-    conformance::run_with(cvr_raw::codec().as_ref(), &settings, None).assert_ok();
+    let dump = cvr_codec_tests::device::dump("raw::conformance");
+    conformance::run_with(cvr_raw::codec().as_ref(), &settings, dump).assert_ok();
 }
 
 /// Eight bits over a range of zero would divide by it; a texture of a constant volume holds the value itself.
@@ -36,4 +38,10 @@ fn a_constant_volume_of_eight_bits_has_a_texel_of_its_own() {
     };
     assert_eq!(form_of(vec![7; 5]), DecodedForm::FLOAT32);
     assert_eq!(form_of(vec![7, 9]).format, TexelFormat::Unorm8);
+}
+
+/// Where a device runs the shaders, a wrong one does not pass.
+#[test]
+fn a_wrong_snippet_is_noticed() {
+    cvr_codec_tests::device::notices(cvr_raw::codec(), "lane * raw_bits", "(lane ^ 1u) * raw_bits");
 }

@@ -31,6 +31,16 @@ impl S3dcDecoder {
             .ok_or_else(|| DecodeError::Corrupt(format!("block {block} with {index_bits} index bits")))?;
         let shape = geometry.minmax_shape(layout.frames);
         let minmax = volume.tensor_of_shape(MINMAX, Element::U32, &shape)?.clone();
+        // A row of values is finite where both ends and the way between them are: no encoder writes anything else.
+        let is_range = |ends: &[u32]| {
+            let [low, high] = [ends[0], ends[1]].map(f32::from_bits);
+            low <= high && (high - low).is_finite()
+        };
+        if !geometry.endpoint.is_integer()
+            && let Some(entry) = minmax.words().chunks_exact(2).position(|ends| !is_range(ends))
+        {
+            return Err(DecodeError::Corrupt(format!("entry {entry} of `{MINMAX}` is no finite range")));
+        }
         let shape = geometry.index_shape(layout.frames);
         let index = volume.tensor_of_shape(INDEX, Element::U32, &shape)?.clone();
         Ok(Self { layout, geometry, minmax, index })

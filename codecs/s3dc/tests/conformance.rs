@@ -9,7 +9,8 @@ fn settings(block: &str, index_bits: i64) -> Settings {
 }
 
 fn passes(list: &[Settings]) {
-    let report = conformance::run_with(cvr_s3dc::codec().as_ref(), list, None);
+    let dump = cvr_codec_tests::device::dump("s3dc::conformance");
+    let report = conformance::run_with(cvr_s3dc::codec().as_ref(), list, dump);
     report.assert_ok();
     // `largest`: a range from the lowest to the highest single overflows.
     assert!(report.refused <= list.len(), "{} of {} volumes refused", report.refused, report.checks);
@@ -28,4 +29,14 @@ fn every_index_width_passes() {
 #[test]
 fn odd_and_extreme_blocks_pass() {
     passes(&[settings("1", 4), settings("3x5x2", 2), settings("128", 4)]);
+}
+
+/// Where a device runs the shaders, a wrong one does not pass.
+#[test]
+fn a_wrong_snippet_is_noticed() {
+    cvr_codec_tests::device::notices(
+        cvr_s3dc::codec(),
+        "(1u << s3dc_index_bits) - 1u",
+        "(1u << s3dc_index_bits) - 2u",
+    );
 }

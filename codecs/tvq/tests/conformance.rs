@@ -5,7 +5,8 @@ use cvr_core::codec::Settings;
 use cvr_core::conformance;
 
 fn passes(list: &[Settings]) {
-    let report = conformance::run_with(cvr_tvq::codec().as_ref(), list, None);
+    let dump = cvr_codec_tests::device::dump("tvq::conformance");
+    let report = conformance::run_with(cvr_tvq::codec().as_ref(), list, dump);
     report.assert_ok();
     // `largest`: a range from the lowest to the highest single overflows. `smallest normals`: steps below 2^-100.
     assert!(report.refused <= 2 * list.len(), "{} of {} volumes refused", report.refused, report.checks);
@@ -19,4 +20,14 @@ fn the_default_passes() {
 #[test]
 fn the_payload_variable_passes() {
     passes(&[settings(&[("payload", "variable")])]);
+}
+
+/// Where a device runs the shaders, a wrong one does not pass.
+#[test]
+fn a_wrong_snippet_is_noticed() {
+    cvr_codec_tests::device::notices(
+        cvr_tvq::codec(),
+        "f32(clamp(sum, 0, 65535))",
+        "f32(clamp(sum + 1, 0, 65535))",
+    );
 }

@@ -5,7 +5,8 @@ use cvr_core::codec::Settings;
 use cvr_core::conformance;
 
 fn passes(list: &[Settings]) {
-    let report = conformance::run_with(cvr_vq::codec().as_ref(), list, None);
+    let dump = cvr_codec_tests::device::dump("vq::conformance");
+    let report = conformance::run_with(cvr_vq::codec().as_ref(), list, dump);
     report.assert_ok();
     // `largest`: a range from the lowest to the highest single overflows. `smallest normals`: steps below 2^-100.
     assert!(report.refused <= 2 * list.len(), "{} of {} volumes refused", report.refused, report.checks);
@@ -42,4 +43,10 @@ fn large_codebooks_and_tables_per_frame_pass() {
         ]),
         settings(&[("training_blocks", "1"), ("iterations", "0")]),
     ]);
+}
+
+/// Where a device runs the shaders, a wrong one does not pass.
+#[test]
+fn a_wrong_snippet_is_noticed() {
+    cvr_codec_tests::device::notices(cvr_vq::codec(), "vq_step * f32(code)", "vq_step * f32(code ^ 1u)");
 }

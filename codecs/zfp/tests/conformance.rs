@@ -5,7 +5,8 @@ use cvr_core::codec::Settings;
 use cvr_core::conformance;
 
 fn passes(list: &[Settings]) {
-    let report = conformance::run_with(cvr_zfp::codec().as_ref(), list, None);
+    let dump = cvr_codec_tests::device::dump("zfp::conformance");
+    let report = conformance::run_with(cvr_zfp::codec().as_ref(), list, dump);
     report.assert_ok();
     assert_eq!(report.refused, 0);
 }
@@ -23,4 +24,10 @@ fn low_rates_pass() {
 #[test]
 fn high_rates_pass() {
     passes(&[settings(&[("rate", "8")]), settings(&[("rate", "17.3")]), settings(&[("rate", "32")])]);
+}
+
+/// Where a device runs the shaders, a wrong one does not pass.
+#[test]
+fn a_wrong_snippet_is_noticed() {
+    cvr_codec_tests::device::notices(cvr_zfp::codec(), "var at = 9u;", "var at = 10u;");
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Agreement, Decoder};
+use super::{Agreement, Block, Decoder};
 use crate::volume::{BrickKey, FrameIndex, Level, Region};
 
 /// How a dump of one frame compares with the CPU decoder. Its `Display` is a sentence.
@@ -25,10 +25,20 @@ pub struct Parity {
 pub struct Mismatch {
     /// Index within the frame: x fastest, channels interleaved.
     pub sample: u64,
+    /// The frame.
+    pub frame: FrameIndex,
+    /// The voxel, x y z.
+    pub voxel: [u32; 3],
+    /// The channel, of volumes that have several.
+    pub channel: Option<u32>,
+    /// The block that the voxel lies in, by its place in the grid of blocks; see [`Parity::with_block`].
+    pub block: Option<([u32; 3], Block)>,
     /// The CPU's value; NaN where it has none.
     pub cpu: f32,
     /// The shader's value; NaN where it has none.
     pub shader: f32,
+    /// How far apart both may be, in data units.
+    pub allowed: f64,
 }
 
 impl Parity {
@@ -55,17 +65,34 @@ impl Parity {
     ) -> Self {
         let layout = decoder.layout();
         let (x, y) = (u64::from(layout.extent.x()), u64::from(layout.extent.y()));
-        let allowed = |sample: u64, cpu: f32, shader: f32| {
+        let place = |sample: u64| {
             let voxel = sample / u64::from(layout.channels);
-            let p = [(voxel % x) as u32, (voxel / x % y) as u32, (voxel / x / y) as u32];
-            let key = BrickKey { frame, level, region: Region::voxel(p) };
-            // Most samples are equal to the bit; only the others need the range of their block.
-            cpu == shader || agreement.allows(cpu, shader, decoder.value_range(key))
+            [(voxel % x) as u32, (voxel / x % y) as u32, (voxel / x / y) as u32]
+        };
+        let range = |sample: u64| {
+            decoder.value_range(BrickKey { frame, level, region: Region::voxel(place(sample)) })
+        };
+        // Most samples are equal to the bit; only the others need the range of their block.
+        let allowed = |sample: u64, cpu: f32, shader: f32| {
+            cpu == shader || agreement.allows(cpu, shader, range(sample))
+        };
+        let several = layout.channels > 1;
+        let mismatch = |sample: u64, cpu: f32, shader: f32, allowed: f64| Mismatch {
+            sample,
+            frame,
+            voxel: place(sample),
+            channel: several.then(|| (sample % u64::from(layout.channels)) as u32),
+            block: None,
+            cpu,
+            shader,
+            allowed,
         };
         let pairs = (0..).zip(cpu.iter().zip(shader));
-        let mut bad = pairs
-            .filter(|(sample, (cpu, shader))| !allowed(*sample, **cpu, **shader))
-            .map(|(sample, (&cpu, &shader))| Mismatch { sample, cpu, shader });
+        let mut bad = pairs.filter(|(sample, (cpu, shader))| !allowed(*sample, **cpu, **shader)).map(
+            |(sample, (&cpu, &shader))| {
+                mismatch(sample, cpu, shader, agreement.tolerance(cpu, range(sample)))
+            },
+        );
         let mut first = bad.next();
         let mut mismatches = u64::from(first.is_some()) + bad.count() as u64;
         let distances = cpu
@@ -77,10 +104,19 @@ impl Parity {
         if cpu.len() != shader.len() {
             mismatches += cpu.len().abs_diff(shader.len()) as u64;
             let value = |side: &[f32]| side.get(common).copied().unwrap_or(f32::NAN);
-            let missing = Mismatch { sample: common as u64, cpu: value(cpu), shader: value(shader) };
-            first = first.or(Some(missing));
+            first = first.or_else(|| Some(mismatch(common as u64, value(cpu), value(shader), 0.0)));
         }
         Self { agreement, samples: cpu.len().max(shader.len()) as u64, mismatches, first, largest }
+    }
+
+    /// The same, whose first mismatch is told with its block: of the codec's block, if it has one.
+    #[must_use]
+    pub fn with_block(mut self, block: Option<Block>) -> Self {
+        if let Some(first) = &mut self.first {
+            let index = |size: [u32; 3]| [0, 1, 2].map(|axis| first.voxel[axis] / size[axis]);
+            first.block = block.map(|block| (index(block.0.to_array()), block));
+        }
+        self
     }
 
     /// Whether no sample is beyond the statement.
@@ -93,12 +129,23 @@ impl Parity {
 impl fmt::Display for Parity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} of {} samples disagree ({:?})", self.mismatches, self.samples, self.agreement)?;
-        let Some(Mismatch { sample, cpu, shader }) = self.first else { return Ok(()) };
+        self.first.map_or(Ok(()), |first| write!(f, "; the first is {first}"))
+    }
+}
+
+impl fmt::Display for Mismatch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { frame, voxel: [x, y, z], cpu, shader, allowed, .. } = *self;
+        write!(f, "voxel {x} {y} {z} (frame {})", frame.0)?;
+        if let Some(channel) = self.channel {
+            write!(f, ", channel {channel}")?;
+        }
+        if let Some(([x, y, z], block)) = self.block {
+            write!(f, ", in block {x} {y} {z} of {} voxels", block.0)?;
+        }
         let (shader_bits, cpu_bits) = (shader.to_bits(), cpu.to_bits());
-        write!(
-            f,
-            "; the first, {sample}, is {shader:e} ({shader_bits:08x}) and should be {cpu:e} ({cpu_bits:08x})"
-        )
+        write!(f, ": {shader:e} ({shader_bits:08x}) where the CPU decodes {cpu:e} ({cpu_bits:08x})")?;
+        write!(f, ", and {allowed:e} apart is allowed")
     }
 }
 
@@ -147,11 +194,37 @@ mod tests {
         let found = parity(Agreement::Exact, &cpu, &shader);
         assert_eq!((found.samples, found.mismatches), (12, 2));
         assert!(found.largest.is_nan());
-        assert_eq!(found.first, Some(Mismatch { sample: 7, cpu: 0.5, shader: 0.5_f32.next_up() }));
-        assert_eq!(
-            found.to_string(),
-            "2 of 12 samples disagree (Exact); the first, 7, is 5.0000006e-1 (3f000001) and should be 5e-1 (3f000000)"
-        );
+        let expected = Mismatch {
+            sample: 7,
+            frame: FrameIndex::FIRST,
+            voxel: [0, 1, 0],
+            channel: Some(1),
+            block: None,
+            cpu: 0.5,
+            shader: 0.5_f32.next_up(),
+            allowed: 0.0,
+        };
+        assert_eq!(found.first, Some(expected));
+        let told = "2 of 12 samples disagree (Exact); the first is voxel 0 1 0 (frame 0), channel 1: 5.0000006e-1 \
+                    (3f000001) where the CPU decodes 5e-1 (3f000000), and 0e0 apart is allowed";
+        assert_eq!(found.to_string(), told);
+    }
+
+    #[test]
+    fn the_first_mismatch_is_told_with_its_block_and_what_is_allowed_there() {
+        let extent = Extent::new(7, 6, 2).unwrap();
+        let ranges = Ranges(VolumeLayout::scalar(extent, SampleType::F32));
+        let cpu = vec![1.0; 84];
+        let mut shader = cpu.clone();
+        // Voxel 4 5 1, whose range reaches 4: an ulp there is 2^-21.
+        shader[4 + 7 * (5 + 6)] = 1.5;
+        let found = Parity::compare(&ranges, Agreement::Ulp(2), FrameIndex(3), &cpu, &shader);
+        let told = found.with_block(Some("3x2x2".parse().unwrap())).to_string();
+        let expected = "1 of 84 samples disagree (Ulp(2)); the first is voxel 4 5 1 (frame 3), in block 1 2 0 of 3×2×2 \
+                        voxels: 1.5e0 (3fc00000) where the CPU decodes 1e0 (3f800000), and 9.5367431640625e-7 apart is \
+                        allowed";
+        assert_eq!(told, expected);
+        assert!(!found.to_string().contains("block"), "a codec without blocks");
     }
 
     #[test]

@@ -87,22 +87,25 @@ pub enum Agreement {
 }
 
 impl Agreement {
-    /// Whether a shader may yield `shader` where the CPU decoder yields `cpu`; `range` is the decoder's
-    /// `value_range` of the voxel, if it knows one.
+    /// How far from the CPU decoder's `cpu` a shader may be, in data units; `range` is the decoder's `value_range` of the
+    /// voxel, if it knows one.
     #[must_use]
-    pub fn allows(self, cpu: f32, shader: f32, range: Option<ValueRange>) -> bool {
+    pub fn tolerance(self, cpu: f32, range: Option<ValueRange>) -> f64 {
         match self {
-            Self::Exact => cpu == shader,
-            Self::Ulp(n) => {
-                let range = range.unwrap_or(ValueRange { min: cpu, max: cpu });
-                let distance = (f64::from(cpu) - f64::from(shader)).abs();
-                cpu == shader || distance <= f64::from(n) * range.ulp()
-            }
+            Self::Exact => 0.0,
+            Self::Ulp(n) => f64::from(n) * range.unwrap_or(ValueRange { min: cpu, max: cpu }).ulp(),
             Self::Levels { distance, share } => {
-                let span = range.map_or(0.0, ValueRange::span);
-                (f64::from(cpu) - f64::from(shader)).abs() <= f64::from(distance) + f64::from(share) * span
+                f64::from(distance) + f64::from(share) * range.map_or(0.0, ValueRange::span)
             }
         }
+    }
+
+    /// Whether a shader may yield `shader` where the CPU decoder yields `cpu`; `range` as above. What is no number is never
+    /// allowed.
+    #[must_use]
+    pub fn allows(self, cpu: f32, shader: f32, range: Option<ValueRange>) -> bool {
+        let distance = (f64::from(cpu) - f64::from(shader)).abs();
+        cpu == shader || distance <= self.tolerance(cpu, range)
     }
 }
 

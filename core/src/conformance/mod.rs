@@ -7,6 +7,9 @@
 //! ```
 //! A codec may *refuse* a volume ([`crate::codec::EncodeError::Unsupported`]); the report counts that. Everything
 //! else that goes wrong is a failure, and the battery goes on, so that one run shows all of them.
+//!
+//! Without a dump no shader is compared, and a wrong one passes: the report says "shader not run"
+//! ([`Report::shader_not_run`]).
 
 mod atlas;
 mod cells;
@@ -24,24 +27,28 @@ pub use cells::{cells_are_eight_fetches, noise};
 pub use report::{Failure, Property, Report};
 pub use volumes::{Subject, subjects};
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::codec::{Codec, ConfigError, EncodeError, Settings, VoxelDump};
+use crate::codec::{Codec, ConfigError, EncodeError, Settings, Site, VoxelDump, encode_temporary};
 use crate::container::EncodedVolume;
 use crate::volume::FiniteVolume;
 
-/// Runs the battery with the codec's default settings. With `dump` every voxel also goes through the real shader.
+/// Runs the battery with the codec's default settings. With `dump` every voxel also goes through the real shader; without
+/// it the report says that no shader was compared.
 #[must_use]
 pub fn run(codec: &dyn Codec, dump: Option<&dyn VoxelDump>) -> Report {
     run_with(codec, &[Settings::default()], dump)
 }
 
-/// Runs the battery with each of these settings, which may be partial.
+/// Runs the battery with each of these settings, which may be partial. With others than the defaults a choice of the volumes
+/// goes through the shader: of every sample type, of one channel and three, of one frame and two.
 #[must_use]
 pub fn run_with(codec: &dyn Codec, settings: &[Settings], dump: Option<&dyn VoxelDump>) -> Report {
     let mut report = Report::new(codec.info().id);
+    report.has_shader = has_shader(codec);
     for settings in settings {
         match settings.complete(codec.info()) {
             Ok(settings) => run_one(codec, &settings, dump, &mut report),
@@ -52,6 +59,46 @@ pub fn run_with(codec: &dyn Codec, settings: &[Settings], dump: Option<&dyn Voxe
         }
     }
     report
+}
+
+/// The part of the battery that concerns the shader alone, over the volumes of [`run_with`] for other settings than the
+/// defaults.
+#[must_use]
+pub fn run_shaders(codec: &dyn Codec, settings: &[Settings], dump: &dyn VoxelDump) -> Report {
+    let mut report = Report::new(codec.info().id);
+    report.has_shader = has_shader(codec);
+    for settings in settings {
+        let settings = match settings.complete(codec.info()) {
+            Ok(settings) => settings,
+            Err(e) => {
+                report.fail(Property::Encode, e.to_string());
+                continue;
+            }
+        };
+        for subject in chosen(codec, &settings) {
+            report.begin(&settings, &subject.name);
+            let volume = FiniteVolume::new(subject.volume);
+            match encode_temporary(codec, &settings, &volume) {
+                Ok(stream) => {
+                    let case = Case { codec, settings: &settings, volume: &volume, stream: Arc::new(stream) };
+                    parity::check(&case, dump, &mut report);
+                }
+                Err(EncodeError::Unsupported(_)) => report.refused += 1,
+                Err(e) => report.fail(Property::Encode, e.to_string()),
+            }
+        }
+    }
+    report
+}
+
+/// Volumes that stand for the others where there is no time for all: of those of different layouts every third.
+fn chosen(codec: &dyn Codec, settings: &Settings) -> impl Iterator<Item = Subject> {
+    subjects(volumes::block_of(codec, settings)).into_iter().filter(|subject| subject.tamper).step_by(3)
+}
+
+/// Whether a codec has sites at which a shader of its own decodes.
+fn has_shader(codec: &dyn Codec) -> bool {
+    [Site::Inline, Site::Deferred, Site::Ring].iter().any(|site| codec.info().sites.contains(site))
 }
 
 /// One encoded subject, and what the properties compare it with.
@@ -69,6 +116,9 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
         (Ok(one), Ok(four)) => [one, four],
         (Err(e), _) | (_, Err(e)) => return report.fail(Property::Threads, e.to_string()),
     };
+    let defaults = codec.info().default_settings().complete(codec.info());
+    let is_default = defaults.is_ok_and(|defaults| defaults == *settings);
+    let chosen: BTreeSet<String> = chosen(codec, settings).map(|subject| subject.name).collect();
     for subject in subjects(volumes::block_of(codec, settings)) {
         report.begin(settings, &subject.name);
         let volume = FiniteVolume::new(subject.volume);
@@ -78,7 +128,7 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
         if subject.tamper {
             stream::check(&case, report);
         }
-        if let Some(dump) = dump {
+        if let Some(dump) = dump.filter(|_| is_default || chosen.contains(&subject.name)) {
             parity::check(&case, dump, report);
         }
     }
@@ -87,9 +137,13 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
         let Some(case) = encoded_case(codec, settings, &step.volume, &pools, report) else { continue };
         properties::check(&case, report);
         atlas::check(&case, &step, report);
-        if let Some(dump) = dump {
+        if let Some(dump) = dump.filter(|_| is_default) {
             parity::check(&case, dump, report);
         }
+    }
+    if dump.is_some() && encoded > 0 && report.shader_not_run() {
+        report
+            .fail(Property::Parity, "there is a device, and not one sample went through a shader".to_owned());
     }
     if encoded == 0 {
         let refused = report.refused - refused_before;

@@ -26,7 +26,7 @@ pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
     let most = case.codec.stages(case.settings);
     for stages in (1..most).chain([Level::ALL_STAGES]) {
         let level = Level { stages, ..Level::FULL };
-        at_level(info.id, decoder.as_ref(), level, &paths, dump, report);
+        at_level(case, decoder.as_ref(), level, &paths, dump, report);
     }
 }
 
@@ -34,7 +34,7 @@ pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
 type Path = (&'static str, Option<bool>, Agreement);
 
 fn at_level(
-    codec: &str,
+    case: &Case<'_>,
     decoder: &dyn Decoder,
     level: Level,
     paths: &[Path],
@@ -42,6 +42,7 @@ fn at_level(
     report: &mut Report,
 ) {
     let Ok(decoded) = Decoded::stages(decoder, level.stages) else { return };
+    let (codec, block) = (case.codec.info().id, case.codec.block(case.settings));
     for frame in (0..decoder.layout().frames).map(FrameIndex) {
         let key = (frame, level);
         for &(path, use_cell, agreement) in paths {
@@ -53,7 +54,8 @@ fn at_level(
                 Ok(actual) => {
                     let expected = decoded.values(frame);
                     let parity = Parity::compare_at(decoder, agreement, key, expected, &actual);
-                    (!parity.holds()).then(|| parity.to_string())
+                    report.shader_samples += parity.samples;
+                    (!parity.holds()).then(|| parity.with_block(block).to_string())
                 }
                 Err(e) => Some(e),
             };

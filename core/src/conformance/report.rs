@@ -67,8 +67,12 @@ pub struct Report {
     pub checks: usize,
     /// Volumes that the codec refused.
     pub refused: usize,
+    /// Samples that came through a shader of the codec and were compared with the CPU decoder; 0 where none ran.
+    pub shader_samples: u64,
     /// What did not hold.
     pub failures: Vec<Failure>,
+    /// Whether the codec has a shader at all.
+    pub(super) has_shader: bool,
     settings: String,
     volume: String,
 }
@@ -79,7 +83,9 @@ impl Report {
             codec: codec.to_owned(),
             checks: 0,
             refused: 0,
+            shader_samples: 0,
             failures: Vec::new(),
+            has_shader: false,
             settings: String::new(),
             volume: String::new(),
         }
@@ -108,17 +114,24 @@ impl Report {
         None
     }
 
+    /// Whether the codec has a shader that no device ran: whatever holds, its shader may be wrong.
+    #[must_use]
+    pub const fn shader_not_run(&self) -> bool {
+        self.has_shader && self.shader_samples == 0
+    }
+
     /// Whether some failure concerns this property.
     #[must_use]
     pub fn fails(&self, property: Property) -> bool {
         self.failures.iter().any(|f| f.property == property)
     }
 
-    /// Ends a test.
+    /// Ends a test, and prints what was checked, and whether a shader was among it.
     ///
     /// # Panics
     /// When a property did not hold, or nothing was checked; the message lists the first twenty failures.
     pub fn assert_ok(&self) {
+        println!("{self}");
         assert!(self.checks > 0, "codec `{}`: nothing was checked", self.codec);
         let shown: Vec<String> = self.failures.iter().take(20).map(ToString::to_string).collect();
         assert!(
@@ -129,5 +142,24 @@ impl Report {
             self.checks,
             shown.join("\n")
         );
+    }
+}
+
+/// One sentence: what was checked, and whether a shader was among it.
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { codec, checks, refused, .. } = self;
+        write!(
+            f,
+            "codec `{codec}`: {} of {checks} checks failed, {refused} volumes refused; ",
+            self.failures.len()
+        )?;
+        match self.shader_samples {
+            0 if self.has_shader => {
+                f.write_str("shader not run: no device, so that a wrong shader would not be noticed")
+            }
+            0 => f.write_str("it has no shader"),
+            n => write!(f, "{n} samples through the shader compared"),
+        }
     }
 }

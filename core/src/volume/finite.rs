@@ -33,6 +33,36 @@ impl Replaced {
     pub const fn total(self) -> u64 {
         self.nan + self.infinite + self.subnormal
     }
+
+    /// How many samples were no usable numbers, and what stands for them, of a volume with so many samples; `None` where all
+    /// were usable.
+    #[must_use]
+    pub fn in_words(self, samples: u64) -> Option<String> {
+        let Self { nan, infinite, subnormal, .. } = self;
+        if self.total() == 0 {
+            return None;
+        }
+        if nan + infinite == samples {
+            return Some(format!(
+                "none of the {samples} samples is finite ({nan} NaN, {infinite} infinite): all stand as 0"
+            ));
+        }
+        let mut parts = Vec::new();
+        if nan > 0 {
+            parts.push(format!("{nan} NaN as the lowest finite value"));
+        }
+        if infinite > 0 {
+            parts.push(format!("{infinite} infinite as the highest or lowest finite value"));
+        }
+        if subnormal > 0 {
+            parts.push(format!("{subnormal} subnormal as 0"));
+        }
+        let all = self.total();
+        Some(format!(
+            "{all} of {samples} samples are no usable numbers and were replaced: {}",
+            parts.join(", ")
+        ))
+    }
 }
 
 /// A volume whose every sample is finite and not subnormal, with its value range.
@@ -128,6 +158,10 @@ mod tests {
         assert_eq!(v.dense().samples(), &Samples::F32(vec![1.0, -3.0, 1.0, -3.0, 0.0, -3.0]));
         assert_eq!(v.replaced(), Replaced { nan: 1, infinite: 2, subnormal: 1, rounded: 0 });
         assert_eq!(v.range(), ValueRange { min: -3.0, max: 1.0 });
+        let told = "4 of 6 samples are no usable numbers and were replaced: 1 NaN as the lowest finite value, 2 infinite \
+                    as the highest or lowest finite value, 1 subnormal as 0";
+        assert_eq!(v.replaced().in_words(6).as_deref(), Some(told));
+        assert_eq!(finite(&[1.0]).replaced().in_words(1), None);
     }
 
     #[test]
@@ -135,6 +169,8 @@ mod tests {
         let v = finite(&[f32::NAN, f32::INFINITY]);
         assert_eq!(v.dense().samples(), &Samples::F32(vec![0.0, 0.0]));
         assert_eq!(v.replaced().total(), 2);
+        let told = "none of the 2 samples is finite (1 NaN, 1 infinite): all stand as 0";
+        assert_eq!(v.replaced().in_words(2).as_deref(), Some(told));
     }
 
     #[test]

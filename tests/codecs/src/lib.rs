@@ -6,7 +6,9 @@
     reason = "helpers of tests, which a failed unwrap fails"
 )]
 
+pub mod device;
 pub mod kept;
+pub mod mutated;
 pub mod real;
 
 use cvr_core::codec::{SettingValue, Settings};

@@ -2,7 +2,7 @@
 
 mod probe;
 
-use super::{Property, run, run_with};
+use super::{Property, run, run_shaders, run_with};
 use crate::codec::{Codec, Decoder, SettingValue, Settings, VoxelDump};
 use crate::conformance::decoded::Decoded;
 use crate::volume::{FrameIndex, Level};
@@ -196,7 +196,14 @@ impl VoxelDump for Dump {
 #[test]
 fn a_faithful_device_passes_and_one_flipped_bit_is_found() {
     let codec = Probe::new(Flaw::None);
-    run(&codec, Some(&Dump::default())).assert_ok();
+    let right = run(&codec, Some(&Dump::default()));
+    right.assert_ok();
+    assert!(!right.shader_not_run() && right.shader_samples > 1000);
+    assert!(
+        right
+            .to_string()
+            .ends_with(&format!("; {} samples through the shader compared", right.shader_samples))
+    );
     for (flips_snippet, path) in [(true, "fetch"), (false, "passes")] {
         let report = run(&codec, Some(&Dump { flips_snippet, flips_passes: !flips_snippet }));
         assert!(report.fails(Property::Parity));
@@ -204,6 +211,24 @@ fn a_faithful_device_passes_and_one_flipped_bit_is_found() {
             |f: &crate::conformance::Failure| f.property == Property::Parity && f.message.contains(path);
         assert!(report.failures.iter().all(told), "{path}");
     }
+}
+
+#[test]
+fn a_choice_of_volumes_finds_a_flipped_bit_too() {
+    let codec = Probe::new(Flaw::None);
+    let with = |dump: &Dump| run_shaders(&codec, &[Settings::default()], dump);
+    let right = with(&Dump::default());
+    right.assert_ok();
+    assert!(right.shader_samples > 1000);
+    let wrong = with(&Dump { flips_snippet: true, ..Dump::default() });
+    assert!(wrong.fails(Property::Parity), "{wrong}");
+}
+
+#[test]
+fn a_battery_without_a_device_says_that_no_shader_ran() {
+    let report = run(&Probe::new(Flaw::None), None);
+    assert!(report.shader_not_run() && report.shader_samples == 0);
+    assert!(report.to_string().contains("shader not run: no device"), "{report}");
 }
 
 #[test]

@@ -1,10 +1,13 @@
 //! A decoder whose shader is not what it should be: for tests that must notice.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use cvr_core::codec::{
-    Agreement, BlockTexture, DecodeError, DecodedForm, Decoder, Resource, ShaderDecode, WgslModule,
+    Agreement, Block, BlockTexture, Codec, CodecInfo, ConfigError, DecodeError, DecodedForm, Decoder,
+    Encoder, Resource, Settings, ShaderDecode, WgslModule,
 };
+use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{
     BrickKey, Dependencies, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout,
 };
@@ -28,12 +31,48 @@ pub enum Mutation {
 /// A decoder with a mutated shader.
 #[derive(Debug)]
 pub struct Mutated {
+    /// The right one.
     pub inner: Box<dyn Decoder>,
+    /// What is wrong.
     pub mutation: Mutation,
+}
+
+/// A codec whose decoders have a wrong snippet: `from`, which must occur, reads `to`.
+#[derive(Debug)]
+pub struct MutatedCodec {
+    /// The right one.
+    pub inner: Arc<dyn Codec>,
+    /// What is replaced.
+    pub from: &'static str,
+    /// By what.
+    pub to: &'static str,
+}
+
+impl Codec for MutatedCodec {
+    fn info(&self) -> &CodecInfo {
+        self.inner.info()
+    }
+
+    fn stages(&self, settings: &Settings) -> u8 {
+        self.inner.stages(settings)
+    }
+
+    fn block(&self, settings: &Settings) -> Option<Block> {
+        self.inner.block(settings)
+    }
+
+    fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
+        self.inner.encoder(settings)
+    }
+
+    fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
+        Ok(Box::new(Mutated::snippet(self.inner.decoder(volume)?, self.from, self.to)))
+    }
 }
 
 impl Mutated {
     /// A snippet in which `from`, which must occur, reads `to`.
+    #[must_use]
     pub fn snippet(inner: Box<dyn Decoder>, from: &str, to: &str) -> Self {
         let source = inner.shader().unwrap().module().source.to_owned();
         assert!(source.contains(from), "the snippet has changed: it holds no `{from}`");

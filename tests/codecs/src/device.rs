@@ -1,0 +1,32 @@
+//! The device on which codecs' own tests run their shaders, where there is one. Codecs do not know of it.
+
+use std::sync::Arc;
+
+use cvr_core::codec::{Codec, Settings, VoxelDump};
+use cvr_core::conformance::{self, Property};
+use cvr_engine::testing::test_device;
+
+use crate::mutated::MutatedCodec;
+
+/// What runs the shaders of a battery. Without an adapter, or where `CVR_DEVICE` says so, the battery of this name goes
+/// without, and is logged as a device test that did not run.
+#[must_use]
+pub fn dump(test_name: &str) -> Option<&'static dyn VoxelDump> {
+    test_device(test_name).map(|device| device as &dyn VoxelDump)
+}
+
+/// The failing twin of a codec's battery: a snippet in which `from` reads `to` fails it, and for no other reason.
+pub fn notices(codec: Arc<dyn Codec>, from: &'static str, to: &'static str) {
+    let id = codec.info().id;
+    let Some(device) = test_device(&format!("{id}::wrong_snippet")) else { return };
+    let defaults = [Settings::default()];
+    let right = conformance::run_shaders(codec.as_ref(), &defaults, device);
+    right.assert_ok();
+    assert!(right.shader_samples > 0, "{right}");
+    let wrong = conformance::run_shaders(&MutatedCodec { inner: codec, from, to }, &defaults, device);
+    assert!(wrong.fails(Property::Parity), "{id}: `{to}` goes unnoticed");
+    let told =
+        |f: &conformance::Failure| f.property == Property::Parity && f.message.contains("the first is voxel");
+    let other = wrong.failures.iter().find(|f| !told(f));
+    assert!(other.is_none(), "{}", other.unwrap());
+}
