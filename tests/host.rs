@@ -15,6 +15,7 @@ mod host {
     mod frames;
     mod golden;
     mod golden_files;
+    mod input_cases;
     mod kills;
     mod manifest;
     mod metrics;
