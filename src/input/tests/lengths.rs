@@ -46,6 +46,9 @@ fn appended_payloads_are_held_against_what_follows() {
     for (what, offsets, data, words) in [
         ("a byte is lost in the first", [0, 12], [&both[..6], &both[7..]].concat(), "</AppendedData>"),
         ("a byte is lost in the second", [0, 12], both[..23].to_vec(), "`</AppendedData>` begins"),
+        ("two bytes are lost in the second", [0, 12], both[..22].to_vec(), "`</AppendedData>` begins"),
+        ("three bytes are lost in the second", [0, 12], both[..21].to_vec(), "`</AppendedData>` begins"),
+        ("four bytes are lost in the second", [0, 12], both[..20].to_vec(), "`</AppendedData>` begins"),
         ("a byte is gained", [0, 12], [&both[..], b"x"].concat(), "`</AppendedData>` begins"),
         ("the second begins within the first", [0, 11], both.clone(), "only 7 are there"),
         ("nothing is there", [0, 12], Vec::new(), "`</AppendedData>`"),
@@ -295,9 +298,10 @@ fn strips_of_tiff_hold_their_rows() {
 fn bytes_behind_raw_voxels_are_refused() {
     let folder = Folder::new();
     let mut npy = Vec::new();
-    npy.write_all(b"\x93NUMPY\x01\x00\x36\x00{'descr': '|u1', 'fortran_order': False, 'shape': (2, 2, 2)}")
+    npy.write_all(b"\x93NUMPY\x01\x00\x76\x00{'descr': '|u1', 'fortran_order': False, 'shape': (2, 2, 2)}")
         .unwrap();
-    npy.resize(10 + 0x36, b' ');
+    npy.resize(10 + 0x75, b' ');
+    npy.push(b'\n');
     let nrrd = b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n".to_vec();
     let metaimage =
         b"NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n".to_vec();

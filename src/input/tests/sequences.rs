@@ -128,7 +128,7 @@ fn frames_of_files_with_several_follow_each_other() {
         let magic = [b"\x93NUMPY\x01\x00", &(dictionary.len() as u16).to_le_bytes()[..]].concat();
         folder.write(name, "", &[&magic, dictionary.as_bytes(), bytes].concat())
     };
-    let files = [npy("a.npy", "(2, 1, 1, 2)", &[1, 2, 3, 4]), npy("b.npy", "(1, 1, 2)", &[5, 6])];
+    let files = [npy("a.npy", "(2, 1, 1, 2, 1)", &[1, 2, 3, 4]), npy("b.npy", "(1, 1, 2)", &[5, 6])];
     let input = read(&files, None, None).unwrap();
     assert_eq!(input.volume.layout().frames, 3);
     assert_eq!(input.volume.samples(), &Samples::U8(vec![1, 2, 3, 4, 5, 6]));

@@ -49,7 +49,8 @@ impl<'a> Section<'a> {
 
     /// Where the payload that begins at `start` must have ended: the next one's beginning, or the closing tag.
     pub fn end_of(&self, start: u64) -> u64 {
-        self.payloads.iter().copied().find(|other| *other > start).unwrap_or(self.end)
+        let next = self.payloads.partition_point(|other| *other <= start);
+        self.payloads.get(next).copied().unwrap_or(self.end)
     }
 
     /// Holds every payload against what follows it, by the lengths in front of each.
@@ -100,11 +101,17 @@ impl<'a> Section<'a> {
         let Some(rest) = (end - start).checked_sub(bytes).filter(|rest| *rest <= TAIL_BYTES) else {
             return Ok(false);
         };
-        // Writers may align what they append.
-        file.seek(SeekFrom::Start(end - rest))?;
+        // With the last byte of the payload.
+        file.seek(SeekFrom::Start(end - rest - 1))?;
         let mut between = Vec::new();
-        file.take(rest).read_to_end(&mut between)?;
-        Ok(between.iter().all(|b| *b == 0 || b.is_ascii_whitespace()))
+        file.take(rest + 1).read_to_end(&mut between)?;
+        Ok(match &between[..] {
+            // White space right before what follows may be an indentation that moved into the payload.
+            [last] => !last.is_ascii_whitespace(),
+            // Writers may align what they append; XML goes on in a new line.
+            [_, 0 | b'\n' | b'\r', rest @ ..] => rest.iter().all(|b| *b == 0 || b.is_ascii_whitespace()),
+            _ => false,
+        })
     }
 
     /// Lengths and payload may be encoded together or apart, each apart with its own padding; so may blocks.
@@ -113,13 +120,18 @@ impl<'a> Section<'a> {
         let found = self.lengths(&mut Base64::new(file.by_ref().take(end - start)), end - start);
         let Ok(Some((table, payload))) = found else { return Ok(false) };
         let characters = |bytes: u64| bytes.div_ceil(3).saturating_mul(4);
+        // Padding shows that the lengths are encoded apart.
+        file.seek(SeekFrom::Start(start))?;
+        let text = file.by_ref().take(end - start).bytes().map_while(Result::ok);
+        let last = text.filter(|b| !b.is_ascii_whitespace()).nth(characters(table) as usize - 1);
+        let is_apart = last == Some(b'=') || table.is_multiple_of(3);
         let bytes = payload.iter().fold(0_u64, |sum, n| sum.saturating_add(*n));
         let each = payload.iter().fold(0_u64, |sum, n| sum.saturating_add(characters(*n)));
-        let possible = [
-            characters(table.saturating_add(bytes)),
-            characters(table).saturating_add(characters(bytes)),
-            characters(table).saturating_add(each),
-        ];
+        let possible = if is_apart {
+            [characters(bytes), each].map(|payload| characters(table).saturating_add(payload))
+        } else {
+            [characters(table.saturating_add(bytes)); 2]
+        };
         if possible.contains(&(end - start)) {
             return Ok(true);
         }
