@@ -54,7 +54,7 @@ enum Command {
     Stability(stability::Args),
     /// Encode a volume.
     Encode(encode::Args),
-    /// Decode an encoded volume to NRRD.
+    /// Decode an encoded volume to NRRD, NPY or headerless.
     Decode(decode::Args),
     /// Draw a volume or an encoded volume as PNG.
     Render(render::Args),

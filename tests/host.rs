@@ -19,6 +19,7 @@ mod host {
     mod golden;
     mod golden_files;
     mod hostile;
+    mod input_cases;
     mod kills;
     mod manifest;
     mod metrics;

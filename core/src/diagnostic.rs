@@ -1,14 +1,16 @@
 //! Errors that point at a source text: file, line, column, caret. Shared by the configuration (TOML) and the
 //! shader generator (WGSL).
 
+mod quoted;
+
 use std::error::Error;
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
 use codespan_reporting::diagnostic as codespan;
-use codespan_reporting::files::SimpleFiles;
 use codespan_reporting::term;
+use quoted::{Quoted, Texts};
 
 /// A text and the name under which its author knows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -123,26 +125,32 @@ impl Error for Diagnostic {}
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut files = SimpleFiles::new();
-        let mut known: Vec<(&Arc<SourceText>, usize)> = Vec::new();
-        let mut labels = Vec::new();
-        let styles = std::iter::once((codespan::LabelStyle::Primary, &self.primary))
-            .chain(self.secondary.iter().map(|label| (codespan::LabelStyle::Secondary, label)));
-        for (style, label) in styles {
-            let source = &label.place.source;
-            let file = known.iter().find(|(s, _)| *s == source).map(|(_, id)| *id).unwrap_or_else(|| {
-                let id = files.add(printable(&source.name), printable_source(&source.text));
-                known.push((source, id));
-                id
-            });
-            let label =
-                codespan::Label::new(style, file, label.place.snapped()).with_message(printable(&label.text));
-            labels.push(label);
+        let styles: Vec<(codespan::LabelStyle, &Label)> =
+            std::iter::once((codespan::LabelStyle::Primary, &self.primary))
+                .chain(self.secondary.iter().map(|label| (codespan::LabelStyle::Secondary, label)))
+                .collect();
+        let mut sources: Vec<&Arc<SourceText>> = Vec::new();
+        for (_, label) in &styles {
+            if !sources.contains(&&label.place.source) {
+                sources.push(&label.place.source);
+            }
         }
+        let texts = sources.iter().map(|source| {
+            let of_source = styles.iter().filter(|(_, label)| label.place.source == **source);
+            let places: Vec<usize> = of_source.map(|(_, label)| label.place.snapped().start).collect();
+            Quoted::new(printable(&source.name, LONGEST_NAME), printable_source(&source.text), &places)
+        });
+        let files = Texts(texts.collect());
+        let labels = styles.iter().map(|(style, label)| {
+            let file = sources.iter().position(|source| **source == label.place.source).unwrap_or(0);
+            let span = files.0[file].span(label.place.snapped());
+            codespan::Label::new(*style, file, span).with_message(printable(&label.text, LONGEST_LABEL))
+        });
+        let labels = labels.collect();
         let diagnostic = codespan::Diagnostic::error()
-            .with_message(printable(&self.message))
+            .with_message(printable(&self.message, LONGEST_TEXT))
             .with_labels(labels)
-            .with_notes(self.notes.iter().map(|note| printable(note)).collect());
+            .with_notes(self.notes.iter().map(|note| printable(note, LONGEST_TEXT)).collect());
         let text =
             term::emit_into_string(&term::Config::default(), &files, &diagnostic).map_err(|_| fmt::Error)?;
         let lines: Vec<&str> = text.trim_end().lines().map(str::trim_end).collect();
@@ -156,11 +164,24 @@ fn is_unprintable(c: char) -> bool {
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
-/// A message without characters that a terminal would obey; line breaks stay.
-fn printable(text: &str) -> String {
-    text.chars()
+/// Characters of a message or note that are shown; both may quote what stands in the text.
+const LONGEST_TEXT: usize = 1000;
+/// Characters of a label that are shown.
+const LONGEST_LABEL: usize = 300;
+/// Characters of a text's name that are shown.
+const LONGEST_NAME: usize = 300;
+
+/// A message without characters that a terminal would obey, cut behind so many; line breaks stay.
+fn printable(text: &str, longest: usize) -> String {
+    let mut shown: String = text
+        .chars()
+        .take(longest)
         .map(|c| if is_unprintable(c) && c != '\n' { char::REPLACEMENT_CHARACTER } else { c })
-        .collect()
+        .collect();
+    if text.chars().nth(longest).is_some() {
+        shown.push('…');
+    }
+    shown
 }
 
 /// A source text without characters that a terminal would obey. Each is replaced by one of as many bytes, so
@@ -223,6 +244,38 @@ mod tests {
         ");
         let error = Diagnostic::new("first", place(&source, "é"), "");
         assert!(!error.to_string().contains(|c: char| c.is_control() && c != '\n'), "{error}");
+    }
+
+    /// Lines of megabytes are cut around what is pointed at; the column stays that of the text.
+    #[test]
+    fn long_lines_are_quoted_around_their_places() {
+        let text = format!(
+            "a = 1\nx = \"{}\", bad, {}, worse, {}\nz = 2\n",
+            "é".repeat(900),
+            "y".repeat(900),
+            "z".repeat(900)
+        );
+        let source = SourceText::new("x.toml", text.clone());
+        let error = Diagnostic::new("m".repeat(5000), place(&source, "bad"), "here")
+            .with_secondary(place(&source, "worse"), "and here")
+            .with_note("n".repeat(5000));
+        let error = error.to_string();
+        assert!(error.contains("x.toml:2:909"), "{error}");
+        let quoted = error.lines().find(|l| l.contains("bad")).unwrap();
+        assert!(quoted.contains("éé\", bad, yy") && quoted.contains("yy, worse, zz"), "{quoted}");
+        assert_eq!(quoted.matches('…').count(), 3, "{quoted}");
+        let column = |line: &str, part: &str| line[..line.find(part).unwrap()].chars().count();
+        let carets = error.lines().find(|l| l.contains("^^^")).unwrap();
+        assert_eq!(column(carets, "^^^"), column(quoted, "bad"), "{error}");
+        assert_eq!(carets.matches('^').count(), 3, "{error}");
+        assert!(error.len() < 4000, "{}", error.len());
+
+        let whole =
+            Diagnostic::new("all of it", Place::new(source.clone(), 0..text.len()), "this").to_string();
+        assert!(whole.contains("x.toml:1:1") && whole.len() < 1500, "{whole}");
+        let line = text.find("x =").unwrap()..text.find("\nz").unwrap();
+        let one = Diagnostic::new("a line", Place::new(source, line), "this").to_string();
+        assert!(one.contains("x.toml:2:1") && one.contains("^ this") && one.len() < 500, "{one}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::output::Output;
 use crate::compare::{csv, page, pair, read, text};
 use crate::exit::BadInput;
 use crate::experiment::results::write_whole;
@@ -77,6 +78,11 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     }
     if args.csv.is_some() && args.csv == args.html {
         return Err(BadInput("--csv and --html name one file: name two".to_owned()));
+    }
+    for (path, format) in [(&args.csv, Output::Csv), (&args.html, Output::Html)] {
+        if let Some(path) = path {
+            Output::of(path, &[format])?;
+        }
     }
     if let Some(path) = &args.csv {
         write_whole(path, &csv(&sides, once)?)?;

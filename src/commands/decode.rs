@@ -7,9 +7,10 @@ use cvr_core::codec::decode_stages;
 use cvr_core::volume::{DenseVolume, FrameIndex, NoReferences, SampleType, Samples};
 
 use super::opened::{LevelArgs, Opened};
+use super::output::Output;
 use super::volume_args::check_output;
+use super::volume_output::{not_held, write_volume};
 use crate::exit::BadInput;
-use crate::input::write_nrrd;
 use crate::registry::Names;
 
 const EXAMPLES: &str = "\
@@ -23,7 +24,7 @@ Examples:
 pub struct Args {
     /// The container.
     container: PathBuf,
-    /// The NRRD file to write.
+    #[arg(help = Output::help(Output::VOLUMES))]
     out: PathBuf,
     /// Write decoded values as they are, not rounded to the original's integers.
     #[arg(long)]
@@ -38,6 +39,7 @@ pub struct Args {
 /// When arguments, container or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     check_output(&args.out, &args.container)?;
+    let format = Output::of(&args.out, Output::VOLUMES)?;
     let opened = Opened::open(&args.container, &Names::new()?)?;
     let stages = args.level.of(opened.codec.as_ref(), &opened.stream.spec().settings)?.stages;
     let mut layout = opened.decoder.layout().clone();
@@ -49,8 +51,11 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         layout.sample = SampleType::F32;
     }
     let volume = DenseVolume::new(layout.clone(), to_samples(layout.sample, values)).map_err(BadInput)?;
-    write_nrrd(&args.out, &volume)?;
+    write_volume(&args.out, format, &volume)?;
     say!("{}: {} voxels of {}", args.out.display(), layout.extent, layout.sample);
+    if let Some(words) = not_held(format, &volume) {
+        say!("{words}");
+    }
     Ok(ExitCode::SUCCESS)
 }
 

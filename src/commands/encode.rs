@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use cvr_core::codec::encode_file;
 use cvr_core::volume::BrickSource;
 
+use super::output::Output;
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, check_output};
 use crate::exit::BadInput;
@@ -24,7 +25,7 @@ Examples:
 pub struct Args {
     /// The volume: a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames.
     volume: PathBuf,
-    /// The container to write, by convention `.cvr`.
+    #[arg(help = Output::help(&[Output::Container]))]
     out: PathBuf,
     /// Codec id; see `cvr codecs`.
     #[arg(long)]
@@ -45,6 +46,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let codec = names.codecs().get(&args.codec)?;
     let settings = settings(codec.info(), &args.set)?;
     check_output(&args.out, &args.volume)?;
+    Output::of(&args.out, &[Output::Container])?;
     let volume = args.raw.load(&args.volume)?.volume;
     let bar = VoxelBar::new(volume.layout().voxels());
     let written =

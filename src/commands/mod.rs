@@ -21,6 +21,8 @@ pub mod stability;
 mod config_file;
 mod histogram;
 mod opened;
+mod output;
 mod scene_args;
 mod settings_args;
 mod volume_args;
+mod volume_output;

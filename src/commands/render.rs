@@ -10,6 +10,7 @@ use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, Level, Replaced, ValueRange};
 
 use super::opened::{LevelArgs, Opened};
+use super::output::Output;
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::{BadInput, SOME_FAILED};
@@ -39,7 +40,7 @@ shader ran where the CPU mirror draws.";
 pub struct Args {
     /// A volume or a container (`.cvr`).
     file: PathBuf,
-    /// The PNG file to write.
+    #[arg(help = Output::help(&[Output::Png]))]
     out: PathBuf,
     #[command(flatten)]
     scene: SceneArgs,
@@ -67,12 +68,13 @@ pub struct Args {
 /// When arguments, file, device or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     check_output(&args.out, &args.file)?;
+    Output::of(&args.out, &[Output::Png])?;
     let names = Names::new()?;
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let scene = args.scene.scene()?;
     let opened = open(args, &names)?;
     let (codec, decoder, level) = (opened.codec.info().id, opened.decoder.as_ref(), opened.level);
-    let refused = unsupported(opened.codec.info(), args.site, args.scene.filter)
+    let refused = unsupported(names.codecs(), opened.codec.info(), args.site, args.scene.filter)
         .or_else(|| undrawable(&args.renderer, args.site, names.known().renderers));
     if let Some(reason) = refused {
         return Err(BadInput(reason.to_string()));

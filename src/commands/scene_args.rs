@@ -31,7 +31,7 @@ pub struct SceneArgs {
     /// Parallel rays instead of perspective.
     #[arg(long)]
     orthographic: bool,
-    #[arg(long, value_name = "POINTS|PRESET", help = transfer_function_help())]
+    #[arg(long, value_name = "POINTS|PRESET", help = transfer_function_help(), allow_hyphen_values = true)]
     transfer_function: Option<String>,
     /// Control values are fractions of the volume's range.
     #[arg(long)]

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use cvr_core::file::write_whole;
 use cvr_core::pipeline::{json_schema, markdown};
 
+use super::output::Output;
 use crate::exit::BadInput;
 use crate::registry::Names;
 
@@ -39,6 +40,10 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
     let text = if args.markdown { markdown(&names.known()) } else { json_schema(&names.known()) };
+    let format = if args.markdown { Output::Markdown } else { Output::Json };
+    if let Some(file) = &args.out {
+        Output::of(file, &[format])?;
+    }
     match &args.out {
         Some(file) => write_whole(file, |f| f.write_all(text.as_bytes()))
             .map_err(|e: std::io::Error| BadInput(format!("{}: {e}", file.display())))?,

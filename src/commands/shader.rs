@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site, encode_temporary};
-use cvr_core::pipeline::undrawable;
+use cvr_core::pipeline::{undrawable, unsupported};
 use cvr_core::render::{LayerPass, Pass, Plan};
 use cvr_core::shader::{
     BindingLimits, DeferredShaders, Request, ResourceSize, Source, TextureSampling, generate,
@@ -65,6 +65,10 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let names = Names::new()?;
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let (codec, decoder, level) = open(args, &names)?;
+    let info = names.codecs().get(&codec)?.info();
+    if let Some(reason) = unsupported(names.codecs(), info, args.site, args.scene.filter) {
+        return Err(BadInput(reason.to_string()));
+    }
     let range = ValueRange { min: 0.0, max: 1.0 };
     let view = args.scene.scene()?.view(range, args.scene.filter)?;
     let plan = match args.site {

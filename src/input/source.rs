@@ -7,7 +7,7 @@ use cvr_core::pipeline::RawLayout;
 use cvr_core::volume::{BrickSource as _, DenseVolume, Samples, VolumeLayout};
 
 use super::format::{layout_one, open_one};
-use super::slices::{files_of, natural_order};
+use super::slices::{files_of, sort_naturally};
 use super::{InputError, InputVolume, MAX_VOLUME_BYTES, Place, raw};
 
 /// Reads the volume that these files make up. Each may be a pattern (`step*.raw`, matched where no file has that very
@@ -99,23 +99,60 @@ fn matches(path: &Path, is_raw: bool) -> Result<Vec<PathBuf>, InputError> {
             Ok(files)
         };
     }
-    let Some(pattern) = path.to_str().filter(|p| p.contains(['*', '?', '['])) else {
-        return Ok(vec![path.to_owned()]);
-    };
-    if path.exists() {
+    if !path.to_str().is_some_and(is_pattern) || path.exists() {
         return Ok(vec![path.to_owned()]);
     }
-    let paths = glob::glob(pattern)
-        .map_err(|e| none(&format!("this is no pattern ({e})"), "write, for instance, `step*.raw`"))?;
-    let mut files = Vec::new();
-    for path in paths {
-        files.push(path.map_err(|e| {
+    let mut files = expanded(path)?;
+    sort_naturally(&mut files);
+    if files.is_empty() { Err(none("no file matches the pattern", "correct it")) } else { Ok(files) }
+}
+
+fn is_pattern(text: &str) -> bool {
+    text.contains(['*', '?', '['])
+}
+
+/// The files that a pattern matches, part by part of the path: a part that is there by that very name is no pattern, so
+/// that folders may be called `run [2]`.
+fn expanded(path: &Path) -> Result<Vec<PathBuf>, InputError> {
+    let mut found = vec![PathBuf::new()];
+    let mut parts = path.components();
+    while let Some(part) = parts.next() {
+        // `**` stands for any number of parts.
+        let is_deep = part.as_os_str() == "**";
+        let rest = if is_deep { Path::new("**").join(parts.as_path()) } else { part.as_os_str().into() };
+        let mut next = Vec::new();
+        for base in found {
+            let literal = base.join(part);
+            match rest.to_str().filter(|rest| is_pattern(rest)) {
+                Some(pattern) if !literal.exists() => next.extend(matched(&base, pattern, path)?),
+                _ => next.push(literal),
+            }
+        }
+        found = next;
+        if is_deep {
+            break;
+        }
+    }
+    found.retain(|path| path.exists());
+    Ok(found)
+}
+
+/// What a pattern matches in a folder, whose name is taken as it is. `whole` is what was asked for.
+fn matched(folder: &Path, pattern: &str, whole: &Path) -> Result<Vec<PathBuf>, InputError> {
+    let Some(name) = folder.to_str() else { return Ok(Vec::new()) };
+    let pattern = Path::new(&glob::Pattern::escape(name)).join(pattern);
+    let paths = glob::glob(&pattern.to_string_lossy()).map_err(|e| InputError::NoFiles {
+        place: Place::file(whole),
+        problem: format!("this is no pattern ({e})"),
+        remedy: "write, for instance, `step*.raw`".to_owned(),
+    })?;
+    let paths = paths.map(|path| {
+        path.map_err(|e| {
             let place = Place::file(e.path());
             InputError::Io { place, action: "list the folder", source: e.into() }
-        })?);
-    }
-    files.sort_by(|a, b| natural_order(a, b));
-    if files.is_empty() { Err(none("no file matches the pattern", "correct it")) } else { Ok(files) }
+        })
+    });
+    paths.collect()
 }
 
 /// One volume of the frames of all files.

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 
 use super::{Cell, CodecSweep, Experiment, Known, PipelineAxes, Sweep};
-use crate::codec::{Codec, CodecInfo, Settings, Site};
+use crate::codec::{Codec, CodecInfo, Registry, Settings, Site};
 use crate::render::{Filter, RendererInfo};
 
 /// What this machine and build cannot do; the default is that nothing is lacking.
@@ -61,6 +61,8 @@ pub enum Reason {
     NoFetchCell {
         /// Codec id.
         codec: String,
+        /// Codecs of this build that have one.
+        offered: Vec<String>,
     },
     /// The codec has not so many stages.
     Stages {
@@ -101,11 +103,14 @@ impl fmt::Display for Reason {
                     Site::Ring
                 )
             }
-            Self::NoFetchCell { codec } => write!(
-                f,
-                "filter {}: codec {codec} has no fetch_cell; use filter linear",
-                Filter::OptimisedLinear
-            ),
+            Self::NoFetchCell { codec, offered } => {
+                let offered = if offered.is_empty() { "none".to_owned() } else { offered.join(", ") };
+                write!(
+                    f,
+                    "filter {}: codec {codec} has no fetch_cell (codecs that have one: {offered}); use filter linear",
+                    Filter::OptimisedLinear
+                )
+            }
             Self::Stages { codec, asked, most: 1 } => write!(
                 f,
                 "stages {asked}: codec {codec} has no stages that could be left out; use stages \"all\""
@@ -150,7 +155,9 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
                     let reason = repeated
                         .or_else(|| codec.problem.clone())
                         .or_else(|| renderer_problem(renderer, known))
-                        .or_else(|| codec.codec.and_then(|codec| unsupported(codec.info(), site, filter)))
+                        .or_else(|| {
+                            codec.codec.and_then(|c| unsupported(known.codecs, c.info(), site, filter))
+                        })
                         .or_else(|| codec.codec.and_then(|c| missing_stages(c, &codec.settings, stages)))
                         .or_else(|| undrawable(renderer, site, known.renderers))
                         .or_else(|| site_problem(site, capabilities));
@@ -220,9 +227,10 @@ fn renderer_problem(renderer: &str, known: &Known<'_>) -> Option<Reason> {
     (!known.renderers.iter().any(|info| info.id == id)).then(missing)
 }
 
-/// Why a codec cannot be drawn at a site under a filter, by what it says of itself; `None` when it can.
+/// Why a codec cannot be drawn at a site under a filter, by what it says of itself; `None` when it can. The reason names
+/// those of `codecs` that could.
 #[must_use]
-pub fn unsupported(info: &CodecInfo, site: Site, filter: Filter) -> Option<Reason> {
+pub fn unsupported(codecs: &Registry, info: &CodecInfo, site: Site, filter: Filter) -> Option<Reason> {
     if !info.offers(site) {
         let offered = info.offered().collect();
         return Some(Reason::Site { codec: info.id.to_owned(), site, offered });
@@ -230,7 +238,8 @@ pub fn unsupported(info: &CodecInfo, site: Site, filter: Filter) -> Option<Reaso
     match filter {
         Filter::OptimisedLinear if site != Site::Inline => Some(Reason::FilterNeedsInline { site }),
         Filter::OptimisedLinear if !info.fetch_cell => {
-            Some(Reason::NoFetchCell { codec: info.id.to_owned() })
+            let offered = codecs.iter().map(|c| c.info()).filter(|i| i.fetch_cell).map(|i| i.id.to_owned());
+            Some(Reason::NoFetchCell { codec: info.id.to_owned(), offered: offered.collect() })
         }
         _ => None,
     }

@@ -1,7 +1,8 @@
 //! NPY, the array file of NumPy: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 //!
 //! The index of an array is `[z, y, x]`, `[frame, z, y, x]`, `[z, y, x, 3]` (colours: a last axis of 3) or
-//! `[frame, z, y, x, channel]`, whichever of its axes runs fastest in the file.
+//! `[frame, z, y, x, channel]`, whichever of its axes runs fastest in the file. Of four axes a last one of 1, 2 or 4 is
+//! refused: it may be channels.
 //!
 //! The crate `ndarray-npy` reads the header. The voxels are read here, since its arrays reserve whatever memory the
 //! header claims before they look at the file.
@@ -47,6 +48,17 @@ pub(super) fn read(text: &HeaderText) -> Result<Described, InputError> {
             found: format!("the type {}", shown(&descriptor)),
             supported: "u1, i1, u2, i2, u4, i4, u8, i8, f4, f8, each < or >".to_owned(),
         })?;
+    if let [_, _, _, n @ (1 | 2 | 4)] = header.shape[..] {
+        return Err(InputError::Unsupported {
+            place: Place::part(path, "`shape` of the header"),
+            found: format!(
+                "the shape {}, whose last axis may be {n} channels, or x in frames,",
+                shown(&format!("{:?}", header.shape))
+            ),
+            supported: "frames as [frame, z, y, x, 1] (`array[..., None]`), or one channel as [z, y, x] (`array[..., 0]`)"
+                .to_owned(),
+        });
+    }
     let (shape, index) = shape(&header.shape).ok_or_else(|| InputError::Unsupported {
         place: Place::part(path, "`shape` of the header"),
         found: format!("the shape {}", shown(&format!("{:?}", header.shape))),

@@ -50,7 +50,7 @@ pub fn write_npy(path: &Path, volume: &DenseVolume) -> Result<(), InputError> {
     .map_err(|source| InputError::Io { place, action: "write the file", source })
 }
 
-/// The shortest shape that is read as it was meant: a last axis of 3 means colours, even if it is that of x.
+/// The shortest shape that is read as it was meant: a last axis of 4 or less may be channels, even if it is that of x.
 fn shape(volume: &DenseVolume) -> Vec<usize> {
     let layout = volume.layout();
     let [x, y, z] = layout.extent.to_array().map(|n| n as usize);
@@ -58,7 +58,7 @@ fn shape(volume: &DenseVolume) -> Vec<usize> {
     match (frames, channels) {
         (1, 1) => vec![z, y, x],
         (1, _) => vec![z, y, x, channels],
-        (_, 1) if x != 3 => vec![frames, z, y, x],
+        (_, 1) if x > 4 => vec![frames, z, y, x],
         _ => vec![frames, z, y, x, channels],
     }
 }

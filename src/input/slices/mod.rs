@@ -1,11 +1,11 @@
-//! Volumes from pictures: each is one slice along z, row by row, x fastest. Spacing is 1: what such files say of
-//! resolution concerns two axes of three.
+//! Volumes from pictures: each is one slice along z, row by row, x fastest. Spacing is 1 where a file does not say it
+//! of all three axes.
 
 mod order;
 mod png;
 mod tiff;
 
-pub(super) use order::natural_order;
+pub(super) use order::sort_naturally;
 
 use std::path::{Path, PathBuf};
 
@@ -27,10 +27,10 @@ struct Slice {
 
 impl Slice {
     /// The layout of so many of them.
-    fn layout(self, place: &Place, depth: u32) -> Result<StoredLayout, InputError> {
+    fn layout(self, place: &Place, depth: u32, spacing: [f64; 3]) -> Result<StoredLayout, InputError> {
         let dims = [self.width, self.height, depth];
         let shape = Shape { channels: self.channels, ..Shape::scalar(dims) };
-        StoredLayout::new(place, shape, [1.0; 3], self.stored)
+        StoredLayout::new(place, shape, spacing, self.stored)
     }
 
     fn words(self) -> String {
@@ -45,6 +45,10 @@ struct Stack {
     first: Option<Slice>,
     sink: Option<SampleSink>,
     depth: u32,
+    /// What each file said of it, where it said it of all axes.
+    spacing: Option<Option<[f64; 3]>>,
+    /// Slices that a file promised of itself and others together, and where.
+    promised: Option<(u64, Place)>,
 }
 
 impl Stack {
@@ -59,9 +63,27 @@ impl Stack {
                 remedy: "all slices of a volume are alike: remove what does not belong to it".to_owned(),
             });
         }
-        slice.layout(place, self.depth.saturating_add(1))?;
-        let bytes = slice.layout(place, 1)?.bytes();
+        slice.layout(place, self.depth.saturating_add(1), [1.0; 3])?;
+        let bytes = slice.layout(place, 1, [1.0; 3])?.bytes();
         usize::try_from(bytes).map_err(|_| InputError::Memory { place: place.clone(), bytes })
+    }
+
+    /// Notes what a file says of the spacing.
+    fn space(&mut self, spacing: Option<[f64; 3]>, place: &Place) -> Result<(), InputError> {
+        match self.spacing {
+            None => self.spacing = Some(spacing),
+            Some(first) if first == spacing => {}
+            Some(first) => {
+                let words =
+                    |s: Option<[f64; 3]>| s.map_or("none".to_owned(), |[x, y, z]| format!("{x} {y} {z}"));
+                return Err(InputError::Data {
+                    place: place.clone(),
+                    problem: format!("spacing {} after {}", words(spacing), words(first)),
+                    remedy: "all slices of a volume are alike: remove what does not belong to it".to_owned(),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Appends the pixels of a slice that was expected.
@@ -96,7 +118,20 @@ impl Stack {
                 remedy: "give a stack of slices".to_owned(),
             });
         };
-        let layout = slice.layout(place, self.depth)?;
+        if let Some((promised, place)) = self.promised
+            && promised != u64::from(self.depth)
+        {
+            return Err(InputError::Data {
+                place,
+                problem: format!(
+                    "{promised} slices are promised in several files, and {} are there",
+                    self.depth
+                ),
+                remedy: "give the folder that holds all of them".to_owned(),
+            });
+        }
+        let spacing = self.spacing.flatten().unwrap_or([1.0; 3]);
+        let layout = slice.layout(place, self.depth, spacing)?;
         InputVolume::new(&layout, sink).map_err(|problem| InputError::Data {
             place: place.clone(),
             problem,
@@ -193,7 +228,7 @@ pub(super) fn files_of(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
             files.push(entry.path());
         }
     }
-    files.sort_by(|a, b| natural_order(a, b));
+    sort_naturally(&mut files);
     Ok(files)
 }
 

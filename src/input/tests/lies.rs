@@ -154,6 +154,11 @@ fn npy_lies() -> Vec<Lie> {
         lie("object.npy", array("'|O'", "(2, 2, 2)"), &["`descr`", "|O"]),
         lie("record.npy", array("[('a', '<f4')]", "(2, 2, 2)"), &["`descr`", "u1, i1"]),
         lie("flat.npy", array("'<f4'", "(2, 2)"), &["`shape`", "[z, y, x]"]),
+        lie(
+            "rgba.npy",
+            array("'|u1'", "(6, 7, 11, 4)"),
+            &["`shape`", "may be 4 channels", "[frame, z, y, x, 1]"],
+        ),
         lie("empty.npy", array("'<f4'", "(2, 0, 2)"), &["`shape`", "none of them 0"]),
         lie("version.npy", b"\x93NUMPY\x09\x00\x10\x00".to_vec(), &["version 9"]),
         lie("nothing.npy", b"\x93NUMPY".to_vec(), &["ends within its header"]),

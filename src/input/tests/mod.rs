@@ -1,15 +1,19 @@
 //! Tests of the room as its users see it: files in a temporary folder, messages without that folder's name.
 
+mod flips;
 mod foreign;
 mod generators;
 mod hostile;
 mod hostile_binary;
+mod lengths;
 mod lies;
 mod metaimage_errors;
 mod nrrd_errors;
+mod promises;
 mod real;
 mod round_trips;
 mod sequences;
+mod tiff_files;
 mod written;
 
 use std::io::Write as _;

@@ -45,6 +45,51 @@ fn a_pattern_is_its_files_in_the_order_of_their_numbers() {
 }
 
 #[test]
+fn frames_come_in_the_order_of_decimals() {
+    let folder = Folder::new();
+    let times = ["0", "0.05", "0.1", "0.25", "0.5", "1", "1.5", "10"];
+    for (n, time) in (0_u8..).zip(times) {
+        folder.write(&format!("T_{time}.raw"), "", &[n, n]);
+    }
+    let due = Samples::U8((0..8).flat_map(|n| [n, n]).collect());
+    for path in [folder.path("T_*.raw"), folder.0.path().to_owned()] {
+        assert_eq!(read(&[path], Some(&raw()), None).unwrap().volume.samples(), &due);
+    }
+}
+
+/// A folder or file that is there by its very name is no pattern.
+#[test]
+fn brackets_in_names_are_no_patterns() {
+    let folder = Folder::new();
+    let run = folder.path("run [2]/a*b");
+    std::fs::create_dir_all(&run).unwrap();
+    for n in [5, 0, 10_u8] {
+        std::fs::write(run.join(format!("step{n}.raw")), [n, n]).unwrap();
+    }
+    std::fs::write(run.join("scan[1].raw"), [77, 77]).unwrap();
+    std::fs::write(run.join("scan1.raw"), [1, 1]).unwrap();
+    let samples = |path: &str| match read(&[folder.path(path)], Some(&raw()), None).unwrap().volume.samples()
+    {
+        Samples::U8(samples) => samples.iter().copied().step_by(2).collect::<Vec<u8>>(),
+        _ => panic!("8 bits"),
+    };
+    let steps = [0, 5, 10];
+    for pattern in [
+        "run [2]/a*b/step*.raw",
+        "run*/a*b/step*.raw",
+        "run [2]/a?b/step*.raw",
+        "r*/*/step[0-9]*.raw",
+        "**/step*.raw",
+    ] {
+        assert_eq!(samples(pattern), steps, "{pattern}");
+    }
+    assert_eq!(samples("run [2]/a*b/scan[1].raw"), [77]);
+    assert_eq!(samples("run [2]/a*b/scan[12].raw"), [1]);
+    let gone = message(&folder, read(&[folder.path("run [3]/step*.raw")], Some(&raw()), None));
+    assert!(gone.contains("no file matches the pattern"), "{gone}");
+}
+
+#[test]
 fn a_list_keeps_its_order() {
     let folder = frames();
     let files: Vec<PathBuf> = ["step10.raw", "step1.raw", "step10.raw"].map(|n| folder.path(n)).to_vec();
@@ -83,7 +128,7 @@ fn frames_of_files_with_several_follow_each_other() {
         let magic = [b"\x93NUMPY\x01\x00", &(dictionary.len() as u16).to_le_bytes()[..]].concat();
         folder.write(name, "", &[&magic, dictionary.as_bytes(), bytes].concat())
     };
-    let files = [npy("a.npy", "(2, 1, 1, 2)", &[1, 2, 3, 4]), npy("b.npy", "(1, 1, 2)", &[5, 6])];
+    let files = [npy("a.npy", "(2, 1, 1, 2, 1)", &[1, 2, 3, 4]), npy("b.npy", "(1, 1, 2)", &[5, 6])];
     let input = read(&files, None, None).unwrap();
     assert_eq!(input.volume.layout().frames, 3);
     assert_eq!(input.volume.samples(), &Samples::U8(vec![1, 2, 3, 4, 5, 6]));

@@ -67,6 +67,22 @@ impl<R: Read> Blocks<R> {
         self.left = if self.compressed.len() == 0 { self.last_bytes } else { self.block_bytes };
         Ok(true)
     }
+
+    /// Asks for a byte more than the block has: there must be none, and the stream then verifies its checksum. It must
+    /// take all the bytes that the table gives it.
+    fn end_block(&mut self) -> Result<()> {
+        match fill(&mut self.current, &mut [0]) {
+            (0, None) => {}
+            (_, None) => return Err(invalid("a block holds more than its table says".to_owned())),
+            (_, Some(e)) => return Err(e),
+        }
+        let block = self.current.get_ref();
+        let left = (block.get_ref().len() as u64).saturating_sub(block.position());
+        if left > 0 {
+            return Err(invalid(format!("{left} bytes follow the zlib stream of a block")));
+        }
+        Ok(())
+    }
 }
 
 fn invalid(problem: String) -> Error {
@@ -87,8 +103,8 @@ impl<R: Read> Read for Blocks<R> {
             return Err(invalid(format!("a block ends {} bytes too early", self.left)));
         }
         self.left -= n as u64;
-        if self.left == 0 && fill(&mut self.current, &mut [0]).0 != 0 {
-            return Err(invalid("a block holds more than its table says".to_owned()));
+        if self.left == 0 {
+            self.end_block()?;
         }
         Ok(n)
     }

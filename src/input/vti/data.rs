@@ -1,6 +1,5 @@
 //! The values of one array.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Result, Seek as _, SeekFrom};
 use std::path::Path;
 
@@ -11,6 +10,7 @@ use super::super::layout::StoredLayout;
 use super::super::payload::open_regular;
 use super::super::samples::{ReadFault, SampleSink, read_samples};
 use super::super::{ByteOrder, InputError, InputVolume, Place};
+use super::appended::{Section, has_more};
 use super::base64::Base64;
 use super::blocks::{Blocks, word};
 use super::header::{Array, Format, Header};
@@ -42,6 +42,16 @@ pub(super) fn read(
     };
     let (file, length) = open_regular(path, &place)?;
     let mut file = BufReader::with_capacity(1 << 16, file);
+    let section = match (array.format, header.appended) {
+        (Format::Appended(_), Some(appended)) => {
+            let section = Section::find(&mut file, length, header, appended).map_err(io)?;
+            Some(section.ok_or_else(|| {
+                wrong("its values are appended, and `</AppendedData>` does not follow them".to_owned(), FETCH)
+            })?)
+        }
+        _ => None,
+    };
+    let most = section.as_ref().map_or(u64::MAX, |section| section.end_of(at).saturating_sub(at));
     file.seek(SeekFrom::Start(at.min(length))).map_err(io)?;
     let count = usize::try_from(layout.layout.samples()).map_err(|_| memory())?;
     let mut sink = SampleSink::new(layout.stored, None);
@@ -61,18 +71,26 @@ pub(super) fn read(
     };
     let damaged =
         |source| InputError::Damaged { place: place.clone(), stream: "value", decoded: 0, needed, source };
+    // Text ends at the next element, and nothing but white space may be left before it.
+    let left = |text: &mut dyn Read| match has_more(text) {
+        Ok(false) => Ok(()),
+        Ok(true) => Err(wrong(format!("{}, and more values follow", layout.need()), "correct the extent")),
+        Err(source) => Err(damaged(source)),
+    };
     match (array.format, is_base64, header.is_compressed) {
         (Format::Ascii(_), ..) => {
-            let mut text = Ascii { source: file, stored: layout.stored, pending: Vec::new(), given: 0 };
+            let mut text = Ascii { source: &mut file, stored: layout.stored, pending: Vec::new(), given: 0 };
             take(&mut text, ByteOrder::NATIVE)?;
+            left(&mut text)?;
         }
         (_, is_base64, true) => {
-            let source = Source::of(file, is_base64);
-            let mut blocks = Blocks::new(source, header.word_bytes, order, needed).map_err(damaged)?;
+            let mut source = Source::of((&mut file).take(most), is_base64);
+            let mut blocks = Blocks::new(&mut source, header.word_bytes, order, needed).map_err(damaged)?;
             take(&mut blocks, order)?;
+            source.left(left)?;
         }
         (_, is_base64, false) => {
-            let mut source = Source::of(file, is_base64);
+            let mut source = Source::of((&mut file).take(most), is_base64);
             let claimed = word(&mut source, header.word_bytes, order).map_err(damaged)?;
             if claimed != needed {
                 return Err(wrong(
@@ -81,7 +99,11 @@ pub(super) fn read(
                 ));
             }
             take(&mut source, order)?;
+            source.left(left)?;
         }
+    }
+    if let Some(section) = section {
+        section.check(&mut file).map_err(io)?.map_err(|problem| wrong(problem, FETCH))?;
     }
     InputVolume::new(layout, sink).map_err(|problem| wrong(problem, FETCH))
 }
@@ -89,18 +111,29 @@ pub(super) fn read(
 const FETCH: &str = "fetch or save the file again";
 
 /// Binary values.
-enum Source {
-    Raw(BufReader<File>),
-    Base64(Base64<BufReader<File>>),
+enum Source<R> {
+    Raw(R),
+    Base64(Base64<R>),
 }
 
-impl Source {
-    fn of(file: BufReader<File>, is_base64: bool) -> Self {
+impl<R: BufRead> Source<R> {
+    fn of(file: R, is_base64: bool) -> Self {
         if is_base64 { Self::Base64(Base64::new(file)) } else { Self::Raw(file) }
+    }
+
+    /// What is left of base64; raw bytes are held against what follows by [`Section::check`].
+    fn left<E>(
+        &mut self,
+        check: impl FnOnce(&mut dyn Read) -> std::result::Result<(), E>,
+    ) -> std::result::Result<(), E> {
+        match self {
+            Self::Raw(_) => Ok(()),
+            Self::Base64(text) => check(text),
+        }
     }
 }
 
-impl Read for Source {
+impl<R: BufRead> Read for Source<R> {
     fn read(&mut self, out: &mut [u8]) -> Result<usize> {
         match self {
             Self::Raw(file) => file.read(out),
@@ -110,8 +143,8 @@ impl Read for Source {
 }
 
 /// Numbers as text, turned into bytes of this machine's order.
-struct Ascii {
-    source: BufReader<File>,
+struct Ascii<R> {
+    source: R,
     stored: StoredType,
     pending: Vec<u8>,
     given: usize,
@@ -120,7 +153,7 @@ struct Ascii {
 /// Longest number: that of the smallest double, written out in full.
 const MAX_NUMBER_CHARACTERS: usize = 1100;
 
-impl Ascii {
+impl<R: BufRead> Ascii<R> {
     /// The next number's characters; none before the next element, or at the end.
     fn token(&mut self) -> Result<Vec<u8>> {
         let mut token = Vec::new();
@@ -140,7 +173,7 @@ impl Ascii {
     }
 }
 
-impl Read for Ascii {
+impl<R: BufRead> Read for Ascii<R> {
     fn read(&mut self, out: &mut [u8]) -> Result<usize> {
         if self.given == self.pending.len() {
             let token = self.token()?;

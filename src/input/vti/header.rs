@@ -19,6 +19,8 @@ pub(super) struct Header {
     pub active_of_cells: Option<String>,
     pub arrays: Vec<Array>,
     pub appended: Option<Appended>,
+    /// Where every array that is appended begins, whatever it holds, in bytes behind the appended data's beginning.
+    pub appended_offsets: Vec<u64>,
 }
 
 /// The appended data.

@@ -4,6 +4,7 @@
 //! Read is one piece with its points' (else its cells') active scalars: text, base64 or raw, in place or appended,
 //! as they are or in zlib blocks.
 
+mod appended;
 mod base64;
 mod blocks;
 mod data;
@@ -58,18 +59,31 @@ fn layout_of(header: &Header, array: &Array) -> Result<StoredLayout, InputError>
     StoredLayout::new(&array.place, shape, header.spacing, array.stored)
 }
 
+/// Arrays in which VTK marks what is not to be drawn; they are never the volume.
+const GHOSTS: [&str; 2] = ["vtkGhostType", "vtkGhostLevels"];
+
 /// The active scalars of the points, or their only array; without any, those of the cells.
 fn chosen<'a>(header: &'a Header, path: &Path) -> Result<&'a Array, InputError> {
     for association in [Association::Points, Association::Cells] {
-        let arrays: Vec<&Array> = header.arrays.iter().filter(|a| a.association == association).collect();
+        let is_candidate = |a: &&Array| a.association == association && !GHOSTS.contains(&a.name.as_str());
+        let arrays: Vec<&Array> = header.arrays.iter().filter(is_candidate).collect();
         let active = match association {
             Association::Points => &header.active_of_points,
             Association::Cells => &header.active_of_cells,
         };
-        if let Some(name) = active
-            && let Some(array) = arrays.iter().find(|a| a.name == *name)
-        {
-            return Ok(array);
+        if let Some(name) = active {
+            let named: Vec<&&Array> = arrays.iter().filter(|a| a.name == *name).collect();
+            match named[..] {
+                [] => {}
+                [one] => return Ok(one),
+                _ => {
+                    return Err(InputError::Unsupported {
+                        place: Place::part(path, format!("<{}>", association.element())),
+                        found: format!("{} arrays called {}", named.len(), shown(name)),
+                        supported: "one; write each to a file of its own".to_owned(),
+                    });
+                }
+            }
         }
         match arrays[..] {
             [] => {}

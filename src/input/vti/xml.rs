@@ -68,6 +68,7 @@ pub(super) fn parse(path: &Path) -> Result<Header, InputError> {
         active_of_cells: None,
         arrays: Vec::new(),
         appended: None,
+        appended_offsets: Vec::new(),
     };
     let mut pieces = 0;
     let mut buffer = Vec::new();
@@ -204,6 +205,12 @@ impl Element<'_> {
         pieces: &mut u32,
         text: Option<u64>,
     ) -> Result<(), InputError> {
+        // Of arrays of any kind: what is not read bounds what is.
+        if matches!(self.start.name().as_ref(), "DataArray" | "Array")
+            && self.attribute("format")?.as_deref() == Some("appended")
+        {
+            header.appended_offsets.push(self.number("offset", None)?);
+        }
         match (inside, self.start.name().as_ref()) {
             (None, "VTKFile") => self.file(header),
             (None, _) => {
@@ -257,6 +264,15 @@ impl Element<'_> {
 
     fn image(&self, header: &mut Header) -> Result<(), InputError> {
         header.points = self.extent("WholeExtent")?;
+        let steps = self.attribute("TimeValues")?.map_or(1, |values| values.split_whitespace().count());
+        if steps > 1 {
+            return Err(InputError::Unsupported {
+                place: self.place(),
+                found: format!("a file of {steps} time steps (`TimeValues`)"),
+                supported: "one time step; write each to a file of its own and give them in their order"
+                    .to_owned(),
+            });
+        }
         if let Some(spacing) = self.attribute("Spacing")? {
             let wanted = "three positive, finite lengths, the spacing along x, y and z";
             let numbers: Result<Vec<f64>, _> = spacing.split_whitespace().map(str::parse).collect();

@@ -103,7 +103,7 @@ fn what_cannot_be_compared_is_bad_input_that_names_the_file() {
         (&["compare", "a", "b", "--noise=NaN"], "--noise NaN"),
         (&["compare", "a", "b", "--csv", "b/results.json"], "b/results.json: is compared itself"),
         (&["compare", "a", "b", "--html", "b/results.json"], "b/results.json: is compared itself"),
-        (&["compare", "a", "b", "--html", "x", "--csv", "x"], "--csv and --html name one file"),
+        (&["compare", "a", "b", "--html", "x.csv", "--csv", "x.csv"], "--csv and --html name one file"),
         (&["compare", "a", "b", "--csv", "no/such/folder.csv"], "no/such/folder.csv"),
     ] {
         let ran = folder.cvr(words).exits(2);

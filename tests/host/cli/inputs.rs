@@ -139,7 +139,7 @@ fn convert_refuses_what_it_cannot_do() {
     write_nrrd(&folder.path("a.nrrd"), &moving_colours()).unwrap();
     folder.write("b.cvr", "no matter what");
     for (arguments, words) in [
-        (&["a.nrrd", "b.tif"][..], ".nrrd, .npy or .raw"),
+        (&["a.nrrd", "b.tif"][..], ".npy (a NumPy array) or .raw"),
         (&["a.nrrd", "a.nrrd"], "is the input"),
         (&["a.nrrd", "no/b.npy"], "the folder no does not exist"),
         (&["b.cvr", "c.npy"], "cvr decode"),

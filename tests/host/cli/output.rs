@@ -36,12 +36,14 @@ fn the_input_is_never_overwritten() {
 #[test]
 fn an_output_that_cannot_be_written_is_named() {
     let folder = folder();
-    std::fs::create_dir(folder.path("taken")).unwrap();
+    for name in ["taken.cvr", "taken.nrrd", "taken.png"] {
+        std::fs::create_dir(folder.path(name)).unwrap();
+    }
     folder.write("x.toml", super::super::configs::COMPARE);
     for arguments in [
-        &["encode", "v.nrrd", "taken", "--codec", "raw"][..],
-        &["decode", "v.cvr", "taken"],
-        &["render", "v.cvr", "taken", "--device", "cpu", "--size", "4x4"],
+        &["encode", "v.nrrd", "taken.cvr", "--codec", "raw"][..],
+        &["decode", "v.cvr", "taken.nrrd"],
+        &["render", "v.cvr", "taken.png", "--device", "cpu", "--size", "4x4"],
     ] {
         let message = folder.cvr(arguments).refused();
         assert!(message.contains("taken"), "{arguments:?}: {message}");
@@ -49,7 +51,7 @@ fn an_output_that_cannot_be_written_is_named() {
     let run = ["run", "x.toml", "--volume", "v.nrrd", "--device", "cpu", "--out", "v.cvr"];
     let message = folder.cvr(&run).refused();
     assert!(message.contains("v.cvr"), "{message}");
-    assert_eq!(folder.names(), ["taken", "v.cvr", "v.nrrd", "x.toml"]);
+    assert_eq!(folder.names(), ["taken.cvr", "taken.nrrd", "taken.png", "v.cvr", "v.nrrd", "x.toml"]);
 }
 
 #[test]

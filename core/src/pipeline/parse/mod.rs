@@ -38,13 +38,20 @@ pub struct InvalidExperiment(pub Vec<Diagnostic>);
 
 impl Error for InvalidExperiment {}
 
+/// Errors that are shown. A broken generator of configurations makes the same one ten thousand times.
+const MOST_SHOWN: usize = 10;
+
 impl fmt::Display for InvalidExperiment {
-    /// The diagnostics with an empty line between them.
+    /// The first diagnostics with an empty line between them, and how many more there are.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, diagnostic) in self.0.iter().enumerate() {
+        for (i, diagnostic) in self.0.iter().take(MOST_SHOWN).enumerate() {
             write!(f, "{}{diagnostic}", if i > 0 { "\n\n" } else { "" })?;
         }
-        Ok(())
+        match self.0.len().checked_sub(MOST_SHOWN) {
+            None | Some(0) => Ok(()),
+            Some(1) => f.write_str("\n\nand 1 error more"),
+            Some(more) => write!(f, "\n\nand {more} errors more"),
+        }
     }
 }
 

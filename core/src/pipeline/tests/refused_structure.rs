@@ -201,3 +201,15 @@ fn every_table_reports_its_first_error() {
     let errors = Document::parse("x.toml", &text).unwrap().experiment(&known(&registry)).unwrap_err();
     assert_eq!(errors.0.len(), 3, "{errors}");
 }
+
+/// A broken generator of configurations makes one error a thousand times.
+#[test]
+fn the_first_errors_are_shown_and_the_others_counted() {
+    let shown =
+        |tables: usize| read(&format!("{EXAMPLE}\n{}", "[[scene]]\n".repeat(tables)), &[]).unwrap_err();
+    for (tables, more) in [(10, ""), (11, "\n\nand 1 error more"), (30, "\n\nand 20 errors more")] {
+        let text = shown(tables);
+        assert_eq!(text.matches("error: ").count(), 10, "{text}");
+        assert!(text.ends_with(more) && (text.contains("more") != more.is_empty()), "{text}");
+    }
+}

@@ -94,7 +94,7 @@ fn every_refusal_has_its_reason() {
     let resolution = resolved(&text, &set, &Capabilities::default());
     assert_eq!(ids(&resolution), "bonsai-s3dc-block=4,index_bits=4-front-raycasting-inline-optimised-linear");
     insta::assert_snapshot!(reasons(&resolution), @r#"
-    bonsai-raw-bits=native-front-raycasting-inline-optimised-linear: filter optimised-linear: codec raw has no fetch_cell; use filter linear
+    bonsai-raw-bits=native-front-raycasting-inline-optimised-linear: filter optimised-linear: codec raw has no fetch_cell (codecs that have one: s3dc); use filter linear
     bonsai-raw-bits=native-front-raycasting-host-optimised-linear: filter optimised-linear: site host filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
     bonsai-tape-front-raycasting-inline-optimised-linear: codec tape cannot be decoded at site inline; it offers: host
     bonsai-tape-front-raycasting-host-optimised-linear: filter optimised-linear: site host filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline

@@ -1,5 +1,7 @@
 //! PNG, through the crate `png`: gray or RGB, 8 or 16 bits.
 
+mod stream;
+
 use std::io::BufReader;
 use std::path::Path;
 
@@ -49,6 +51,11 @@ pub(super) fn add(path: &Path, stack: &mut Stack) -> Result<(), InputError> {
     check_claim(&place, Pictures::Png, bytes as u64, length, MAX_RATIO)?;
     decoder.set_limits(Limits { bytes: ASIDE_BYTES.saturating_add(bytes) });
     let mut reader = decoder.read_info().map_err(broken)?;
+    let frames = reader.info().animation_control().map_or(1, |animation| animation.num_frames);
+    if frames > 1 {
+        return Err(unsupported(&place, &format!("an animation of {frames} pictures")));
+    }
+    let rows = stream::row_bytes(reader.info());
     let mut pixels = Vec::new();
     pixels
         .try_reserve_exact(bytes)
@@ -57,6 +64,17 @@ pub(super) fn add(path: &Path, stack: &mut Stack) -> Result<(), InputError> {
     reader.next_frame(&mut pixels).map_err(broken)?;
     // The trailer too must be there and whole, for only behind it the stream's checksums are verified.
     reader.finish().map_err(broken)?;
+    let damaged = |problem: String| InputError::Data {
+        place: place.clone(),
+        problem: format!("this is no whole PNG file ({problem})"),
+        remedy: "fetch or save it again".to_owned(),
+    };
+    let (file, _) = open_regular(path, &place)?;
+    let found = stream::check(BufReader::with_capacity(1 << 16, file), rows);
+    if let Some(problem) = found.unwrap_or_else(|e| Some(e.to_string())) {
+        return Err(damaged(problem));
+    }
+    stack.space(None, &place)?;
     stack.push(slice, &pixels, ByteOrder::Big, &place)
 }
 

@@ -1,4 +1,10 @@
-//! TIFF and BigTIFF, through the crate `tiff`: gray or RGB, every page a slice.
+//! TIFF and BigTIFF, through the crate `tiff`: gray or RGB, every page a slice. What the crate does not look at is
+//! checked here: lengths and checksums of strips and tiles, and what a description promises beyond the pages.
+
+mod chunks;
+mod ome;
+mod pledges;
+mod promise;
 
 use std::io::BufReader;
 use std::path::Path;
@@ -6,11 +12,13 @@ use std::path::Path;
 use cvr_core::volume::StoredType;
 use tiff::decoder::{Decoder, Limits};
 use tiff::tags::Tag;
-use tiff::{ColorType, TiffError};
+use tiff::{ColorType, TiffError, TiffFormatError};
 
 use super::super::payload::open_regular;
 use super::super::{ByteOrder, InputError, Place};
 use super::{Pictures, Slice, Stack, check_claim};
+use chunks::Packing;
+use pledges::Pledges;
 
 type Pages = Decoder<BufReader<std::fs::File>>;
 
@@ -34,10 +42,13 @@ pub(super) fn add_pages(path: &Path, stack: &mut Stack) -> Result<(), InputError
     };
     // Pages may share their strips: it is all pages together that the file must be able to hold.
     let mut claimed = 0_u64;
+    let mut pledges = Pledges::default();
     for number in 1_u64.. {
         let place = Place::part(path, format!("page {number}"));
         pages = pages.with_limits(limits(0));
-        let (slice, ratio) = describe(&mut pages, &place)?;
+        let (slice, packing) = describe(&mut pages, &place)?;
+        let ratio = packing.max_ratio();
+        pledges.page(&mut pages, slice, &place)?;
         let bytes = stack.expect(slice, &place)?;
         claimed = claimed.saturating_add(bytes as u64);
         check_claim(&place, Pictures::Tiff, claimed, length, ratio)?;
@@ -46,6 +57,8 @@ pub(super) fn add_pages(path: &Path, stack: &mut Stack) -> Result<(), InputError
         if layout.len != bytes {
             return Err(unsupported(&place, format!("a page of {} bytes where {bytes} are due", layout.len)));
         }
+        let pixel_bytes = u64::from(slice.channels) * slice.stored.bytes() as u64;
+        chunks::check(&mut pages, packing, pixel_bytes, &place)?;
         let mut pixels = Vec::new();
         pixels
             .try_reserve_exact(bytes)
@@ -58,23 +71,18 @@ pub(super) fn add_pages(path: &Path, stack: &mut Stack) -> Result<(), InputError
         }
         pages.next_image().map_err(|e| broken(&Place::part(path, format!("page {}", number + 1)), e))?;
     }
-    Ok(())
+    pledges.finish(stack, &whole)
 }
 
-/// What a page holds, and the most that one byte of the file can become of its pixels.
-fn describe(pages: &mut Pages, place: &Place) -> Result<(Slice, u64), InputError> {
+/// What a page holds, and how its pixels are packed.
+fn describe(pages: &mut Pages, place: &Place) -> Result<(Slice, Packing), InputError> {
     let tag = |pages: &mut Pages, tag, default| {
         let value = pages.find_tag_unsigned::<u16>(tag).map_err(|e| broken(place, e))?;
         Ok::<u16, InputError>(value.unwrap_or(default))
     };
-    let ratio = match tag(pages, Tag::Compression, 1)? {
-        1 => 1,
-        // A code of at least 9 bits stands for at most 4096 bytes.
-        5 => 4096,
-        8 | 32946 => 1032,
-        32773 => 128,
-        other => return Err(unsupported(place, format!("compression {other}"))),
-    };
+    let compression = tag(pages, Tag::Compression, 1)?;
+    let packing =
+        Packing::of(compression).ok_or_else(|| unsupported(place, format!("compression {compression}")))?;
     let photometric = tag(pages, Tag::PhotometricInterpretation, 1)?;
     let planar = tag(pages, Tag::PlanarConfiguration, 1)?;
     let (width, height) = pages.dimensions().map_err(|e| broken(place, e))?;
@@ -108,7 +116,7 @@ fn describe(pages: &mut Pages, place: &Place) -> Result<(Slice, u64), InputError
     if rest.iter().any(|f| f != format) {
         return Err(unsupported(place, "channels of several formats".to_owned()));
     }
-    Ok((Slice { width, height, channels, stored }, ratio))
+    Ok((Slice { width, height, channels, stored }, packing))
 }
 
 fn unsupported(place: &Place, found: String) -> InputError {
@@ -121,6 +129,13 @@ fn broken(place: &Place, error: TiffError) -> InputError {
             InputError::Io { place: place.clone(), action: "read the pages", source }
         }
         TiffError::UnsupportedError(what) => unsupported(place, what.to_string()),
+        TiffError::FormatError(TiffFormatError::InconsistentSizesEncountered) => InputError::Data {
+            place: place.clone(),
+            problem: "the strips or tiles are not as many as the rows of the page need".to_owned(),
+            remedy: "save one page for each slice (pages of several slices, `ImageDepth`, are not read), or fetch the \
+                     file again"
+                .to_owned(),
+        },
         other => InputError::Data {
             place: place.clone(),
             problem: format!("this is no whole TIFF file ({other})"),
