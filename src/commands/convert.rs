@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use cvr_core::file::write_whole;
 use cvr_core::volume::{BrickSource, DenseVolume};
 
+use super::memory_args::MemoryArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::BadInput;
 use crate::input::{ByteOrder, write_npy, write_nrrd};
@@ -27,6 +28,8 @@ pub struct Args {
     files: Vec<PathBuf>,
     /// The file to write: `.nrrd`, `.npy`, or `.raw` for samples without a header.
     out: PathBuf,
+    #[command(flatten)]
+    memory: MemoryArgs,
     #[command(flatten)]
     raw: RawArgs,
 }
@@ -59,6 +62,7 @@ impl Format {
 /// # Errors
 /// When arguments, volume or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     let format = Format::of(&args.out)?;
     for file in &args.raw.found(&args.files)? {
         check_output(&args.out, file)?;

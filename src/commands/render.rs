@@ -9,6 +9,7 @@ use cvr_core::pipeline::{undrawable, unsupported};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, Level, ValueRange};
 
+use super::memory_args::MemoryArgs;
 use super::opened::{LevelArgs, Opened};
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
@@ -46,6 +47,8 @@ pub struct Args {
     #[command(flatten)]
     level: LevelArgs,
     #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -54,6 +57,7 @@ pub struct Args {
 /// # Errors
 /// When arguments, file, device or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     check_output(&args.out, &args.file)?;
     let names = Names::new()?;
     let renderer = renderer(&args.renderer).map_err(BadInput)?;

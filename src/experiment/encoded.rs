@@ -8,9 +8,10 @@ use cvr_core::codec::{
     Block, Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_stages, encode_file,
 };
 use cvr_core::container::EncodedVolume;
+use cvr_core::memory;
 use cvr_core::metrics::{ErrorHistogram, FrameError, VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, Level, NoReferences, Region};
+use cvr_core::volume::{BrickKey, BrickSource as _, FiniteVolume, FrameIndex, Level, NoReferences, Region};
 
 use super::latest::Latest;
 use super::skipping::LazyRanges;
@@ -62,6 +63,11 @@ pub fn encode(
 ) -> Result<Encoded, String> {
     let folder = tempfile::tempdir_in(scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
     let path = folder.path().join("volume.cvr");
+    // A frame is decoded in the end: better to know before the encoder runs.
+    let layout = volume.layout();
+    let frame_bytes = layout.samples_per_frame() * size_of::<f32>() as u64;
+    memory::check(frame_bytes, || format!("a decoded frame of {} voxels", layout.extent))
+        .map_err(|e| e.to_string())?;
     let start = Instant::now();
     encode_file(codec, settings, volume, volume.replaced(), &path, run).map_err(|e| e.to_string())?;
     let encode_seconds = start.elapsed().as_secs_f64();

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use cvr::estimate::Trials;
+use cvr::estimate::{Allowance, Trials};
 use cvr::experiment::host::SharedUpload;
 use cvr::experiment::record::{Record, Status};
 use cvr::experiment::target::Target;
@@ -172,7 +172,7 @@ fn colours_are_uploaded_as_decoded_and_the_record_says_so() {
 fn memory_is_estimated_by_what_the_device_takes() {
     let Some(device) = capable("block_texture::estimate") else { return };
     let names = Names::new().unwrap();
-    let mut trials = Trials::new(&names);
+    let mut trials = Trials::new(&names, Allowance::default());
     let mut bytes = |channels| {
         let extent = Extent::cube(100).unwrap();
         let layout = VolumeLayout { channels, ..VolumeLayout::scalar(extent, SampleType::U8) };

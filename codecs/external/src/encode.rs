@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::{Element, StreamWriter};
-use cvr_core::volume::{BrickSource, FrameIndex, Region, SampleType};
+use cvr_core::memory;
+use cvr_core::volume::{BrickSource, FrameIndex, Region, SampleType, VolumeLayout};
 
 use crate::STREAMS;
 use crate::command::{Command, Field, RunError};
@@ -23,6 +24,12 @@ pub struct ExternalEncoder {
 }
 
 impl Encoder for ExternalEncoder {
+    /// A frame in single precision, and a channel of it as it lies in its file.
+    fn scratch_bytes(&self, layout: &VolumeLayout) -> u64 {
+        let sample = self.sample.unwrap_or(layout.sample);
+        layout.samples_per_frame() * 4 + layout.extent.voxels() * sample.bytes() as u64
+    }
+
     fn encode(
         &mut self,
         source: &dyn BrickSource,
@@ -36,7 +43,8 @@ impl Encoder for ExternalEncoder {
         let folder = tempfile::tempdir().map_err(|e| external(format!("no temporary folder: {e}")))?;
         let [input, output] = ["samples", "compressed"].map(|name| folder.path().join(name));
         let channels = layout.channels as usize;
-        let mut values = vec![0.0; layout.samples_per_frame() as usize];
+        let what = || format!("a frame of {} voxels for a command", layout.extent);
+        let mut values: Vec<f32> = memory::zeroed(layout.samples_per_frame(), what)?;
         let mut lengths = Vec::new();
         for frame in (0..layout.frames).map(FrameIndex) {
             source.read(frame, Region::whole(layout.extent), &mut values)?;

@@ -61,6 +61,8 @@ impl Stack {
         }
         slice.layout(place, self.depth.saturating_add(1))?;
         let bytes = slice.layout(place, 1)?.bytes();
+        cvr_core::memory::check(bytes, String::new)
+            .map_err(|_| InputError::Memory { place: place.clone(), bytes })?;
         usize::try_from(bytes).map_err(|_| InputError::Memory { place: place.clone(), bytes })
     }
 
