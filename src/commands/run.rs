@@ -167,7 +167,7 @@ fn load_all(experiment: &Experiment, needed: impl Fn(&str) -> bool) -> Result<Ve
     // What headers promise together; what is wrong with one of them is said when it is read.
     let promised = needed.iter().filter_map(|v| volume_layout(v).ok().flatten());
     let bytes = promised.map(|layout| layout.bytes()).fold(0, u64::saturating_add);
-    let what = || format!("{}: the volumes of the experiment together", experiment.name);
+    let what = || format!("{}: holding all volumes of the experiment", experiment.name);
     memory::check(bytes, what)?;
     Ok(needed.into_iter().map(|v| load(v, experiment.seed)).collect::<Result<_, _>>()?)
 }

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::{Element, StreamWriter};
-use cvr_core::memory;
 use cvr_core::volume::{BrickSource, FrameIndex, Region, SampleType, VolumeLayout};
 
 use crate::STREAMS;
@@ -43,8 +42,7 @@ impl Encoder for ExternalEncoder {
         let folder = tempfile::tempdir().map_err(|e| external(format!("no temporary folder: {e}")))?;
         let [input, output] = ["samples", "compressed"].map(|name| folder.path().join(name));
         let channels = layout.channels as usize;
-        let what = || format!("a frame of {} voxels for a command", layout.extent);
-        let mut values: Vec<f32> = memory::zeroed(layout.samples_per_frame(), what)?;
+        let mut values = vec![0.0; layout.samples_per_frame() as usize];
         let mut lengths = Vec::new();
         for frame in (0..layout.frames).map(FrameIndex) {
             source.read(frame, Region::whole(layout.extent), &mut values)?;

@@ -49,15 +49,12 @@ fn more_cells_than_are_allowed_are_refused_with_the_way_out() {
       = shorten a list, or write a larger number as `max_cells` of `[experiment]`; in place of it, `--set experiment.max_cells=N`
     ");
     // Without a limit of its own, the section is shown.
-    let text = sweep(2048, 4).replace("[pipeline]", &format!("{}[pipeline]", codecs(20)));
-    let refused = read(&text, &[]).unwrap_err().to_string();
-    let expected = format!("cells, and {} are allowed", Experiment::MAX_CELLS);
+    let scenes: String =
+        (0..4).map(|i| format!("[[scene]]\nname = \"s{i}\"\ntransfer_function = \"ramp\"\n")).collect();
+    let refused = read(&format!("{}{scenes}", sweep(2048, 4)), &[]).unwrap_err();
+    // One volume, 1 + 2048 × 4 settings, five scenes, two sites and filters.
+    let expected = format!("has {} cells, and {} are allowed", (1 + 2048 * 4) * 5 * 4, Experiment::MAX_CELLS);
     assert!(refused.contains(&expected) && refused.contains("max_cells"), "{refused}");
-}
-
-/// So many more tables like the example's.
-fn codecs(count: usize) -> String {
-    "[[codec]]\nid = \"s3dc\"\nblock = [1, 2, 3, 4, 5, 6, 7, 8]\nindex_bits = [1, 2, 4, 8]\n".repeat(count)
 }
 
 #[test]
