@@ -34,6 +34,35 @@ impl VoxelBar {
     }
 }
 
+/// What is tried, for estimates that take some seconds.
+pub struct TrialBar(ProgressBar);
+
+impl TrialBar {
+    /// A line with nothing to say yet.
+    #[must_use]
+    pub fn new() -> Self {
+        let bar = bar(0, "{spinner} {elapsed}  {wide_msg}");
+        bar.enable_steady_tick(std::time::Duration::from_millis(200));
+        Self(bar)
+    }
+
+    /// This begins.
+    pub fn begins(&self, what: &str) {
+        self.0.set_message(what.to_owned());
+    }
+
+    /// Removes the line.
+    pub fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
+impl Default for TrialBar {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// Progress of a run.
 pub struct CellBar(ProgressBar);
 

@@ -53,6 +53,13 @@ impl Place {
         start..end
     }
 
+    /// Name of the text and line, from 1: `compare.toml:12`.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let before = &self.source.text[..self.snapped().start];
+        format!("{}:{}", self.source.name, before.matches('\n').count() + 1)
+    }
+
     /// The text at this place.
     #[must_use]
     pub fn text(&self) -> &str {

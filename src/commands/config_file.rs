@@ -23,6 +23,9 @@ impl ConfigFile {
             document.set(assignment)?;
         }
         let experiment = document.experiment(&names.known())?;
+        for note in &experiment.notes {
+            eprintln!("note: {note}");
+        }
         Ok(Self { experiment, text })
     }
 }

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use cvr_core::volume::BrickSource;
 
+use super::memory_args::MemoryArgs;
 use super::output::Output;
 use super::volume_args::{RawArgs, check_output, is_container};
 use super::volume_output::{not_held, write_volume};
@@ -27,6 +28,8 @@ pub struct Args {
     #[arg(help = Output::help(Output::VOLUMES))]
     out: PathBuf,
     #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -35,6 +38,7 @@ pub struct Args {
 /// # Errors
 /// When arguments, volume or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     let format = Output::of(&args.out, Output::VOLUMES)?;
     for file in &args.raw.found(&args.files)? {
         check_output(&args.out, file)?;
@@ -53,7 +57,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         layout.channels,
         layout.frames
     );
-    if let Some(words) = not_held(format, &input.volume) {
+    if let Some(words) = not_held(format, layout) {
         say!("{words}");
     }
     if input.rounded > 0 {

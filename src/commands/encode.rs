@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use cvr_core::codec::encode_file;
 use cvr_core::volume::BrickSource;
 
+use super::memory_args::MemoryArgs;
 use super::output::Output;
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, check_output};
@@ -34,6 +35,8 @@ pub struct Args {
     #[arg(long = "set", value_name = "NAME=VALUE")]
     set: Vec<String>,
     #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -42,6 +45,7 @@ pub struct Args {
 /// # Errors
 /// When arguments, volume or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     let names = Names::new()?;
     let codec = names.codecs().get(&args.codec)?;
     let settings = settings(codec.info(), &args.set)?;

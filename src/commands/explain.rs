@@ -6,16 +6,19 @@ use std::process::ExitCode;
 
 use comfy_table::{CellAlignment, Table, presets};
 use cvr_core::codec::Site;
+use cvr_core::memory::{allowed, gigabytes};
 use cvr_core::pipeline::{Capabilities, Cell, Experiment, Resolution, resolve};
 use cvr_core::volume::VolumeLayout;
 
 use super::config_file::ConfigFile;
+use super::memory_args::MemoryArgs;
 use super::volume_args::RawArgs;
-use crate::estimate::{TRIAL_EDGE, Trials, memory, time, volume_layout};
+use crate::estimate::{Allowance, Cost, TRIAL_EDGE, Trials, memory, time, volume_layout};
 use crate::exit::BadInput;
 use crate::experiment::scenes::{check_frames, read_tables};
 use crate::experiment::shard::same_group;
 use crate::experiment::target::Target;
+use crate::progress::TrialBar;
 use crate::registry::Names;
 
 const EXAMPLES: &str = "\
@@ -27,7 +30,8 @@ Examples:
 
 Volumes are opened for their headers alone; one that is missing is told, and left out of the estimates. The estimates
 come from a small computed volume, which every codec with its settings encodes and the device draws: they say hours or
-minutes, not which cell is faster.";
+minutes, not which cell is faster. Trials take 2 s at most for each codec at each site, and 20 s in all; where that is too
+little, the estimate says \"at least\", and a row for each codec and its settings says what it lacks.";
 
 /// Arguments of `cvr explain`.
 #[derive(Debug, clap::Args)]
@@ -49,6 +53,8 @@ pub struct Args {
     #[arg(long)]
     no_estimate: bool,
     #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -57,10 +63,12 @@ pub struct Args {
 /// # Errors
 /// When the configuration is wrong, or the device does not open.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     let names = Names::new()?;
     let ConfigFile { mut experiment, .. } = ConfigFile::read(&args.config, &args.set, &names)?;
     if !args.volume.is_empty() {
         experiment.replace_volumes(vec![args.raw.volume(&args.volume)?])?;
+        experiment.check_size()?;
     }
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     say!(
@@ -189,37 +197,82 @@ fn print_estimates(
     names: &Names,
     layouts: &BTreeMap<String, VolumeLayout>,
 ) -> Result<(), BadInput> {
-    let mut trials = Trials::new(names);
     let target = Target::open(&args.device)?;
+    let bar = TrialBar::new();
+    let report = |what: &str| bar.begins(what);
+    let mut trials = Trials::reporting(names, Allowance::default(), &report);
     let layout_of = |name: &str| layouts.get(name);
     let left_out = resolution.cells.iter().filter(|cell| !layouts.contains_key(&cell.volume)).count();
     say!("\nestimate, from a computed volume of {TRIAL_EDGE}³ voxels tried now; drawn by: {}", target.name());
     if left_out > 0 {
         say!("  {left_out} cells are left out, whose volumes are not known here");
     }
-    match memory::estimate(resolution, names, &mut trials, &target, &layout_of) {
-        Ok(memory) => {
-            say!("  memory  {} in main memory", bytes(memory.main_bytes));
-            if let Target::Device(_) = target {
-                say!("          {} on the device", bytes(memory.device_bytes));
-            }
-        }
+    let memory = memory::estimate(resolution, names, &mut trials, &target, &layout_of);
+    let time = time::estimate(experiment, resolution, names, &mut trials, &target, &layout_of);
+    bar.finish();
+    match memory {
+        Ok(memory) => print_memory(&memory, &target),
         Err(problem) => say!("  memory  no estimate: {problem}"),
     }
-    match time::estimate(experiment, resolution, names, &mut trials, &target, &layout_of) {
+    match time {
         Ok(time) => {
             let total = duration(time.coding + time.drawing);
+            let about = if time.at_least { "at least" } else { "about" };
             say!(
-                "  time    about {total}: {} to encode and decode, {} to draw",
+                "  time    {about} {total}: {} to encode and decode, {} to draw",
                 duration(time.coding),
                 duration(time.drawing)
             );
+            print_shares(&time, trials.costs());
         }
         Err(problem) => say!("  time    no estimate: {problem}"),
     }
     print_host_textures(resolution, &mut trials, &target, layouts);
     say!("\n{}\n\n{}", folded("Memory.", memory::COUNTED), folded("Time.", time::COUNTED));
     Ok(())
+}
+
+fn print_memory(memory: &memory::Memory, target: &Target) {
+    let least = if memory.at_least { "at least " } else { "" };
+    say!("  memory  {least}{} in main memory", bytes(memory.main_bytes));
+    if let Some(bound) = allowed().filter(|bound| memory.main_bytes > bound.bytes) {
+        say!(
+            "          more than the {} that may be taken: cells that need more would fail",
+            gigabytes(bound.bytes)
+        );
+    }
+    if let Target::Device(_) = target {
+        say!("          {least}{} on the device", bytes(memory.device_bytes));
+    }
+}
+
+/// A row for each codec and its settings: what a run of them takes, what their trials took, and what these lack.
+fn print_shares(time: &time::Time, costs: &[Cost]) {
+    let header = ["codec", "settings", "encode, decode", "draw", "tried for", "lacks"];
+    let mut rows = table(&header, &[2, 3, 4]);
+    for share in &time.shares {
+        let own = || costs.iter().filter(|c| c.codec == share.codec && c.settings == share.settings);
+        let lacks = distinct(own().filter_map(|cost| cost.lacks.clone()));
+        let lacks = match &lacks[..] {
+            [] => String::new(),
+            [one] => one.clone(),
+            [first, others @ ..] => format!("{first}; and {} more", others.len()),
+        };
+        rows.add_row(vec![
+            share.codec.clone(),
+            share.settings.clone(),
+            duration(share.coding),
+            duration(share.drawing),
+            duration(own().map(|cost| cost.seconds).sum()),
+            lacks,
+        ]);
+    }
+    print_table("what costs", &rows);
+    if time.at_least {
+        say!(
+            "\nWhat a trial lacks counts as nothing, or by what was tried: the run takes longer than this says."
+        );
+    }
 }
 
 /// What holds volumes at the site *host*: one line for each kind of texture, and below it which codecs, and of which

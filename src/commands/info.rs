@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use cvr_core::volume::{BrickSource, Replaced, VolumeLayout};
 
 use super::histogram::bars;
+use super::memory_args::MemoryArgs;
 use super::opened::Opened;
 use super::volume_args::{RawArgs, is_container};
 use crate::exit::BadInput;
@@ -26,6 +27,8 @@ pub struct Args {
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -34,6 +37,7 @@ pub struct Args {
 /// # Errors
 /// When it cannot be read.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     match &args.files[..] {
         [file] if is_container(file) => container(file)?,
         files => match files.iter().find(|f| is_container(f)) {

@@ -90,6 +90,7 @@ fn order(provenance: &Provenance) -> Option<Vec<Identity>> {
         let volume = |name: &str| Some(Volume { name: name.to_owned(), source: file(name)? });
         let volumes = provenance.volumes.iter().map(|v| volume(&v.name)).collect::<Option<_>>()?;
         experiment.replace_volumes(volumes).ok()?;
+        experiment.check_size().ok()?;
     }
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     let identity = |c: &cvr_core::pipeline::Cell| {

@@ -20,6 +20,7 @@ pub mod stability;
 
 mod config_file;
 mod histogram;
+mod memory_args;
 mod opened;
 mod output;
 mod scene_args;

@@ -9,6 +9,7 @@ use cvr_core::pipeline::{undrawable, unsupported};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, Level, Replaced, ValueRange};
 
+use super::memory_args::MemoryArgs;
 use super::opened::{LevelArgs, Opened};
 use super::output::Output;
 use super::scene_args::SceneArgs;
@@ -59,6 +60,8 @@ pub struct Args {
     #[command(flatten)]
     level: LevelArgs,
     #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -67,6 +70,7 @@ pub struct Args {
 /// # Errors
 /// When arguments, file, device or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     check_output(&args.out, &args.file)?;
     Output::of(&args.out, &[Output::Png])?;
     let names = Names::new()?;

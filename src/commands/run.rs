@@ -5,12 +5,15 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use cvr_core::memory;
 use cvr_core::pipeline::{Capabilities, Experiment, Resolution, resolve};
 use cvr_core::volume::BrickSource;
 
 use super::check_config::print_refused;
 use super::config_file::ConfigFile;
+use super::memory_args::MemoryArgs;
 use super::volume_args::RawArgs;
+use crate::estimate::volume_layout;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
 use crate::experiment::blank;
 use crate::experiment::checked::not_run;
@@ -79,6 +82,8 @@ pub struct Args {
     #[arg(long, value_name = "ID", conflicts_with = "shard")]
     cell: Vec<String>,
     #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -87,10 +92,12 @@ pub struct Args {
 /// # Errors
 /// When configuration, volumes, device or folder are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     let names = Names::new()?;
     let ConfigFile { mut experiment, text } = ConfigFile::read(&args.config, &args.set, &names)?;
     if !args.volume.is_empty() {
         experiment.replace_volumes(vec![args.raw.volume(&args.volume)?])?;
+        experiment.check_size()?;
     }
     let mut resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     let no_cells = resolution.cells.is_empty();
@@ -161,8 +168,13 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
 
 /// All volumes before the first cell: a missing file is bad input, not a failed cell.
 fn load_all(experiment: &Experiment, needed: impl Fn(&str) -> bool) -> Result<Vec<LoadedVolume>, BadInput> {
-    let needed = experiment.volumes.iter().filter(|v| needed(&v.name));
-    Ok(needed.map(|v| load(v, experiment.seed)).collect::<Result<_, _>>()?)
+    let needed: Vec<_> = experiment.volumes.iter().filter(|v| needed(&v.name)).collect();
+    // What headers promise together; what is wrong with one of them is said when it is read.
+    let promised = needed.iter().filter_map(|v| volume_layout(v).ok().flatten());
+    let bytes = promised.map(|layout| layout.bytes()).fold(0, u64::saturating_add);
+    let what = || format!("{}: holding all volumes of the experiment", experiment.name);
+    memory::check(bytes, what)?;
+    Ok(needed.into_iter().map(|v| load(v, experiment.seed)).collect::<Result<_, _>>()?)
 }
 
 /// Warns of scenes that show nothing whatever is drawn, before hours are spent on them; returns what was said.

@@ -12,6 +12,7 @@ use cvr_core::shader::{
 };
 use cvr_core::volume::{FrameIndex, Level, ValueRange};
 
+use super::memory_args::MemoryArgs;
 use super::opened::{LevelArgs, Opened};
 use super::scene_args::SceneArgs;
 use super::settings_args::settings;
@@ -52,6 +53,8 @@ pub struct Args {
     #[command(flatten)]
     level: LevelArgs,
     #[command(flatten)]
+    memory: MemoryArgs,
+    #[command(flatten)]
     raw: RawArgs,
 }
 
@@ -62,6 +65,7 @@ pub struct Args {
 /// # Errors
 /// When arguments or file are unusable, or the shader cannot be made.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     let names = Names::new()?;
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let (codec, decoder, level) = open(args, &names)?;

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use cvr_core::stability::{Subject, Verdict};
 
+use super::memory_args::MemoryArgs;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
 use crate::experiment::folder::lock;
 use crate::experiment::{interrupt, machine};
@@ -64,6 +65,8 @@ pub struct Args {
     /// Print volumes, dials, scenes and codecs, and run nothing.
     #[arg(long)]
     list: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
 }
 
 /// Runs the atlas.
@@ -71,12 +74,16 @@ pub struct Args {
 /// # Errors
 /// When configuration, codecs or folder are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    args.memory.allow();
     let config = match &args.config {
         Some(path) => Config::read(path),
         None => Config::own(),
     };
     let config = config.map_err(BadInput)?;
     let mut config = if args.quick { config.quick() } else { config };
+    for note in &config.notes {
+        eprintln!("note: {note}");
+    }
     config.edge = args.edge.unwrap_or(config.edge);
     config.picture = args.picture.unwrap_or(config.picture);
     config.check().map_err(|e| BadInput(format!("--edge or --picture: {e}")))?;

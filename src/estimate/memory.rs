@@ -22,6 +22,8 @@ pub struct Memory {
     pub main_bytes: u64,
     /// On the device; nothing is there where the CPU mirror draws.
     pub device_bytes: u64,
+    /// Whether a trial is missing: there may be more.
+    pub at_least: bool,
 }
 
 /// What a codec with its settings holds for a volume: stream and frame, and at each site.
@@ -33,10 +35,23 @@ struct Held {
     buffers: f64,
 }
 
+impl Held {
+    /// Where no trial tells: the decoded frame is certain.
+    fn unknown(layout: &VolumeLayout) -> Self {
+        Self { main: frame_bytes(layout), host: 0.0, texture: 0.0, buffers: 0.0 }
+    }
+}
+
+fn frame_bytes(layout: &VolumeLayout) -> f64 {
+    layout.samples_per_frame() as f64 * size_of::<f32>() as f64
+}
+
 /// The height over all cells whose volume has a layout, were `target` to draw. `layout_of` gives a volume's layout by its name.
 ///
+/// What no trial could tell is left out.
+///
 /// # Errors
-/// A sentence, when a trial fails.
+/// A sentence, when there is no codec `raw`.
 pub fn estimate<'l>(
     resolution: &Resolution,
     names: &Names,
@@ -46,15 +61,20 @@ pub fn estimate<'l>(
 ) -> Result<Memory, String> {
     let raw_settings = names.codecs().get(RAW).map_err(|e| e.to_string())?.info().default_settings();
     let mut originals: Vec<(&str, u64)> = Vec::new();
-    let (mut main, mut device) = (0.0_f64, 0.0_f64);
+    let (mut main, mut device, mut at_least) = (0.0_f64, 0.0_f64, false);
     for group in resolution.cells.chunk_by(crate::experiment::shard::same_group) {
         let first = &group[0];
         let Some(layout) = layout_of(&first.volume) else { continue };
         if !originals.iter().any(|(name, _)| *name == first.volume) {
             originals.push((&first.volume, layout.bytes()));
         }
-        let raw = held(trials, target, RAW, &raw_settings, layout)?;
-        let own = held(trials, target, &first.codec, &first.settings, layout)?;
+        let mut of = |codec: &str, settings: &Settings| {
+            held(trials, target, codec, settings, layout).unwrap_or_else(|_| {
+                at_least = true;
+                Held::unknown(layout)
+            })
+        };
+        let (raw, own) = (of(RAW, &raw_settings), of(&first.codec, &first.settings));
         main = main.max(raw.main + own.main);
         let at_once = |cell: &Cell| match cell.site {
             Site::Inline => own.buffers,
@@ -70,7 +90,7 @@ pub fn estimate<'l>(
         device = device.max(raw.texture + raw.buffers + largest);
     }
     let originals: u64 = originals.iter().map(|(_, bytes)| bytes).sum();
-    Ok(Memory { main_bytes: originals + main as u64, device_bytes: device as u64 })
+    Ok(Memory { main_bytes: originals + main as u64, device_bytes: device as u64, at_least })
 }
 
 fn held(
@@ -83,8 +103,7 @@ fn held(
     let trial = trials.of(codec, settings, layout)?;
     let in_frame = layout.extent.voxels() as f64;
     Ok(Held {
-        main: trial.stream_bytes_per_voxel() * layout.voxels() as f64
-            + layout.samples_per_frame() as f64 * size_of::<f32>() as f64,
+        main: trial.stream_bytes_per_voxel() * layout.voxels() as f64 + frame_bytes(layout),
         host: in_frame * trial.host_bytes_per_voxel(target),
         texture: in_frame * trial.texel_bytes() as f64,
         buffers: in_frame * trial.buffer_bytes_per_voxel()?,
@@ -97,6 +116,7 @@ mod tests {
     use cvr_core::volume::{Extent, SampleType};
 
     use super::*;
+    use crate::estimate::Allowance;
 
     #[test]
     fn the_height_is_what_lies_in_memory_at_once() {
@@ -113,7 +133,7 @@ mod tests {
             resolve(&document.experiment(&names.known()).unwrap(), &names.known(), &Capabilities::default())
         };
         let layout = VolumeLayout::scalar(Extent::cube(64).unwrap(), SampleType::U8);
-        let mut trials = Trials::new(&names);
+        let mut trials = Trials::new(&names, Allowance::default());
         let cpu = Target::Cpu { reason: None };
         let mut memory = |sites: &str| {
             let layout_of = |name: &str| (name == "rings").then_some(&layout);
@@ -130,7 +150,9 @@ mod tests {
             let device = memory(sites).device_bytes as f64 / voxels;
             assert!((bytes..bytes + 0.1).contains(&device), "{sites}: {device}");
         }
-        let none = estimate(&set("inline"), &names, &mut Trials::new(&names), &cpu, &|_| None).unwrap();
+        let none =
+            estimate(&set("inline"), &names, &mut Trials::new(&names, Allowance::default()), &cpu, &|_| None)
+                .unwrap();
         assert_eq!(none, Memory::default());
     }
 }

@@ -21,12 +21,42 @@ pub const COUNTED: &str = "Counted: voxels × seconds per voxel to encode and to
      voxels and pictures, decoding and uploading textures, files.";
 
 /// Seconds.
-#[derive(Copy, Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Time {
     /// Encoding, and decoding on the CPU.
     pub coding: f64,
     /// Drawing.
     pub drawing: f64,
+    /// What each codec with its settings takes of both, in the order of the cells; raw's part as the baseline is in none.
+    pub shares: Vec<Share>,
+    /// Whether a trial is missing, or was cut short: there may be more.
+    pub at_least: bool,
+}
+
+/// What one codec with one set of settings takes, over all volumes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Share {
+    /// Codec id.
+    pub codec: String,
+    /// Its settings.
+    pub settings: String,
+    /// Seconds of encoding, and of decoding on the CPU.
+    pub coding: f64,
+    /// Seconds of drawing and timing its own pictures, the baseline's in the pairs included.
+    pub drawing: f64,
+}
+
+impl Time {
+    fn share(&mut self, cell: &Cell) -> &mut Share {
+        let settings = cell.settings.to_string();
+        let known = self.shares.iter().position(|s| s.codec == cell.codec && s.settings == settings);
+        let at = known.unwrap_or_else(|| {
+            let codec = cell.codec.clone();
+            self.shares.push(Share { codec, settings, coding: 0.0, drawing: 0.0 });
+            self.shares.len() - 1
+        });
+        &mut self.shares[at]
+    }
 }
 
 /// Pictures of raw that a volume in a scene under a renderer has been drawn in: the reference is the first.
@@ -34,8 +64,10 @@ type RawPictures = Vec<(String, String, Site, Filter)>;
 
 /// The sum over all cells whose volume has a layout. `layout_of` gives a volume's layout by its name.
 ///
+/// What no trial could tell counts as nothing, and `at_least` says so.
+///
 /// # Errors
-/// A sentence, when a trial fails.
+/// A sentence, when there is no codec `raw`.
 pub fn estimate<'l>(
     experiment: &Experiment,
     resolution: &Resolution,
@@ -48,16 +80,18 @@ pub fn estimate<'l>(
     let mut time = Time::default();
     for of_volume in resolution.cells.chunk_by(|a, b| a.volume == b.volume) {
         let Some(layout) = layout_of(&of_volume[0].volume) else { continue };
-        time.coding += coding_seconds(trials, RAW, &raw_settings, layout)?;
+        time.coding += coding_seconds(trials, RAW, &raw_settings, layout);
         let mut drawn = RawPictures::new();
         for group in of_volume.chunk_by(same_group) {
-            time.coding += coding_seconds(trials, &group[0].codec, &group[0].settings, layout)?;
+            let coding = coding_seconds(trials, &group[0].codec, &group[0].settings, layout);
+            time.coding += coding;
+            time.share(&group[0]).coding += coding;
             for cell in group {
                 let Some(scene) = experiment.scene(&cell.scene) else { continue };
                 let samples = samples(scene, layout);
                 let pictures = scene.frames.iter().count() as f64;
                 let mut frame_ms = |cell: &Cell| {
-                    Ok::<_, String>(trials.frames(target, cell, scene, layout)?.frame_ms(samples))
+                    trials.frames(target, cell, scene, layout).map_or(0.0, |frames| frames.frame_ms(samples))
                 };
                 let raw = |site, filter| Cell {
                     codec: RAW.to_owned(),
@@ -72,16 +106,19 @@ pub fn estimate<'l>(
                 for (site, filter) in [(Site::Inline, Filter::Linear), (cell.site, plain)] {
                     let key = (cell.scene.clone(), cell.renderer.clone(), site, filter);
                     if !drawn.contains(&key) {
-                        time.drawing += pictures * frame_ms(&raw(site, filter))? / 1000.0;
+                        time.drawing += pictures * frame_ms(&raw(site, filter)) / 1000.0;
                         drawn.push(key);
                     }
                 }
-                let own = frame_ms(cell)?;
-                let baseline = frame_ms(&raw(Site::Host, Filter::Linear))?;
-                time.drawing += pictures * (own + pairing_ms(baseline, own)) / 1000.0;
+                let own = frame_ms(cell);
+                let baseline = frame_ms(&raw(Site::Host, Filter::Linear));
+                let drawing = pictures * (own + pairing_ms(baseline, own)) / 1000.0;
+                time.drawing += drawing;
+                time.share(cell).drawing += drawing;
             }
         }
     }
+    time.at_least = trials.costs().iter().any(|cost| cost.lacks.is_some());
     Ok(time)
 }
 
@@ -90,10 +127,11 @@ fn coding_seconds(
     codec: &str,
     settings: &cvr_core::codec::Settings,
     layout: &VolumeLayout,
-) -> Result<f64, String> {
-    let trial = trials.of(codec, settings, layout)?;
-    let per_voxel = trial.encode_seconds_per_voxel() + trial.decode_seconds_per_voxel();
-    Ok(per_voxel * layout.voxels() as f64)
+) -> f64 {
+    let per_voxel = trials
+        .of(codec, settings, layout)
+        .map_or(0.0, |trial| trial.encode_seconds_per_voxel() + trial.decode_seconds_per_voxel());
+    per_voxel * layout.voxels() as f64
 }
 
 /// Milliseconds of a pairing, warm-up included: the very protocol, over frames that take what they are said to.

@@ -1,10 +1,13 @@
 //! A codec with its settings tried on a small computed volume.
 
-use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::Sender;
+use std::time::{Duration, Instant};
 
-use cvr_core::codec::{Progress, Settings, Site};
+use cvr_core::codec::{Codec, Decoder, Progress, Settings, Site};
 use cvr_core::pipeline::{Cell, Scene, TransferDomain};
-use cvr_core::render::{Filter, Preset, View};
+use cvr_core::render::{DecodedFrame, Filter, Preset, View};
 use cvr_core::volume::{
     BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, SampleType, Samples, VolumeLayout,
 };
@@ -13,19 +16,26 @@ use crate::experiment::encoded::{Encoded, encode};
 use crate::experiment::host_texture::HostTexture;
 use crate::experiment::target::{Decoded, Target, VoxelSource};
 use crate::input::{Generator, generate};
-use crate::registry::{Names, renderer};
+use crate::registry::renderer;
 
 /// Voxels along each axis of the volume that is tried.
 pub const TRIAL_EDGE: u32 = 48;
-/// Sides in pixels of the two pictures that are drawn of it.
-const SIDES: [u32; 2] = [32, 96];
+/// Edges that are tried one after the other, the next only where there is time for it.
+pub(super) const EDGES: [u32; 2] = [16, TRIAL_EDGE];
+/// Sides in pixels of the pictures that are drawn of it, likewise.
+pub(super) const SIDES: [u32; 3] = [8, 32, 96];
 
 /// What one codec with one set of settings made of the small volume.
 #[derive(Debug)]
 pub struct Trial {
     encoded: Encoded,
     voxels: f64,
+    /// Voxels along each axis.
+    pub(super) edge: u32,
 }
+
+/// A picture of a trial: its samples, and milliseconds of a frame.
+pub(super) type Drawn = (f64, f64);
 
 /// Milliseconds of a frame: `fixed_ms + ms_per_sample × samples`, samples as [`samples`] counts them.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -43,8 +53,17 @@ impl Frames {
         self.fixed_ms + self.ms_per_sample * samples
     }
 
-    /// The line through two measurements; neither part is negative.
-    fn through([(few, few_ms), (many, many_ms)]: [(f64, f64); 2]) -> Self {
+    /// The line through the last two measurements; neither part is negative. One alone counts by its samples; `None`
+    /// without any.
+    pub(super) fn of(drawn: &[Drawn]) -> Option<Self> {
+        match *drawn {
+            [] => None,
+            [(samples, ms)] => Some(Self { fixed_ms: 0.0, ms_per_sample: ms / samples }),
+            [.., few, many] => Some(Self::through([few, many])),
+        }
+    }
+
+    fn through([(few, few_ms), (many, many_ms)]: [Drawn; 2]) -> Self {
         let ms_per_sample = ((many_ms - few_ms) / (many - few)).max(0.0);
         Self { fixed_ms: (few_ms - ms_per_sample * few).max(0.0), ms_per_sample }
     }
@@ -61,22 +80,48 @@ pub fn samples(scene: &Scene, layout: &VolumeLayout) -> f64 {
 }
 
 impl Trial {
-    /// Encodes and decodes the small volume.
+    /// Encodes and decodes a small volume of this edge; stops where `stop` becomes true.
     ///
     /// # Errors
-    /// A sentence, when the codec or the disk refuses.
-    pub fn new(
-        names: &Names,
-        codec: &str,
+    /// A sentence, when the codec or the disk refuses, or it was stopped.
+    pub(super) fn new(
+        codec: &dyn Codec,
         settings: &Settings,
-        sample: SampleType,
-        channels: u32,
+        (sample, channels): (SampleType, u32),
+        edge: u32,
+        stop: &AtomicBool,
     ) -> Result<Self, String> {
-        let codec = names.codecs().get(codec).map_err(|e| e.to_string())?;
-        let volume = small_volume(sample, channels)?;
+        let volume = small_volume(edge, sample, channels)?;
         let scratch = tempfile::tempdir().map_err(|e| format!("a temporary folder: {e}"))?;
-        let encoded = encode(codec.as_ref(), settings, &volume, scratch.path(), &Progress::silent())?;
-        Ok(Self { encoded, voxels: volume.layout().voxels() as f64 })
+        let progress = Progress::new(|_| {}, Some(stop));
+        let encoded = encode(codec, settings, &volume, scratch.path(), &progress)?;
+        Ok(Self { encoded, voxels: volume.layout().voxels() as f64, edge })
+    }
+
+    /// Tries one edge after the other, as long as the next is likely to end within `limit`; tells each.
+    pub(super) fn grow(
+        codec: &dyn Codec,
+        settings: &Settings,
+        layout: (SampleType, u32),
+        (limit, stop): (Duration, &AtomicBool),
+        tell: &Sender<Result<Self, String>>,
+    ) {
+        let begin = Instant::now();
+        let mut before: Option<(u32, Duration)> = None;
+        for edge in EDGES {
+            let growth = |smaller: u32| (edge / smaller).pow(3);
+            let likely = before.map_or(Duration::ZERO, |(smaller, took)| took * growth(smaller));
+            if begin.elapsed() + likely > limit {
+                return;
+            }
+            let start = Instant::now();
+            let trial = Self::new(codec, settings, layout, edge, stop);
+            let failed = trial.is_err();
+            if tell.send(trial).is_err() || failed {
+                return;
+            }
+            before = Some((edge, start.elapsed()));
+        }
     }
 
     /// Wall seconds to encode a voxel, the file written and synced.
@@ -134,36 +179,75 @@ impl Trial {
         Ok(resources.iter().map(|r| r.words.len() * 4).sum::<usize>() as f64 / self.voxels)
     }
 
-    /// Draws two pictures of the small volume as `cell` would, in `scene`'s step, light and box, under a faint transfer
-    /// function that ends no ray; each once to warm up, and once to time it.
+    /// What draws the pictures of a cell.
     ///
     /// # Errors
-    /// A sentence, when the target refuses.
-    pub fn frames(&self, target: &Target, cell: &Cell, scene: &Scene) -> Result<Frames, String> {
+    /// A sentence, when its frame does not decode.
+    pub(super) fn pictures(&self, target: &Target, cell: &Cell, scene: &Scene) -> Result<Pictures, String> {
+        Ok(Pictures {
+            decoder: self.encoded.decoder.clone(),
+            frame: self.encoded.frame(FrameIndex::FIRST)?,
+            target: target.clone(),
+            cell: cell.clone(),
+            scene: scene.clone(),
+        })
+    }
+}
+
+/// Pictures of the small volume as a cell would draw it, in its scene's step, light and box, under a faint transfer function
+/// that ends no ray. Owns all that it needs, since it may draw when nobody waits any more.
+pub(super) struct Pictures {
+    decoder: Arc<dyn Decoder>,
+    frame: Arc<DecodedFrame>,
+    target: Target,
+    cell: Cell,
+    scene: Scene,
+}
+
+impl Pictures {
+    /// Draws one picture after the other, each once to warm up and once to time it, as long as the next is likely to end
+    /// within `limit`; tells each.
+    pub(super) fn grow(&self, limit: Duration, tell: &Sender<Result<Drawn, String>>) {
+        if let Err(problem) = self.draw(limit, tell) {
+            _ = tell.send(Err(problem));
+        }
+    }
+
+    fn draw(&self, limit: Duration, tell: &Sender<Result<Drawn, String>>) -> Result<(), String> {
+        let Self { decoder, frame, target, cell, scene } = self;
+        let begin = Instant::now();
         let renderer = renderer(&cell.renderer)?;
-        let decoder = self.encoded.decoder.as_ref();
+        let decoder = decoder.as_ref();
         let (index, level) = (FrameIndex::FIRST, cell.level());
-        let frame = self.encoded.frame(index)?;
         let decoded = match cell.site {
-            Site::Host => target.upload(decoder, (index, level), frame).map(Decoded::Host),
+            Site::Host => target.upload(decoder, (index, level), frame.clone()).map(Decoded::Host),
             Site::Ring => Ok(Decoded::Ring(frame.clone())),
             Site::Deferred => {
-                target.decode(&cell.codec, decoder, (index, level), &frame).map(Decoded::Deferred)
+                target.decode(&cell.codec, decoder, (index, level), frame).map(Decoded::Deferred)
             }
             _ => Ok(Decoded::Inline),
         };
         let decoded = decoded.map_err(|e| e.to_string())?;
         let voxels = VoxelSource { codec: &cell.codec, decoder, frame: index, level, decoded };
-        let mut measured = [(0.0, 0.0); 2];
-        for (side, measured) in SIDES.into_iter().zip(&mut measured) {
+        let mut before: Option<(u32, f64)> = None;
+        for side in SIDES {
+            // Twice, since it warms up.
+            let pixels = |smaller: u32| f64::from((side / smaller).pow(2));
+            let likely_ms = before.map_or(0.0, |(smaller, ms)| 2.0 * ms * pixels(smaller));
+            if begin.elapsed().as_secs_f64() + likely_ms / 1000.0 > limit.as_secs_f64() {
+                return Ok(());
+            }
             let scene = small_scene(scene, side);
             let view = view_of(&scene, decoder.layout(), cell.filter)?;
             let picture = target.picture(renderer.as_ref(), &view, &voxels).map_err(|e| e.to_string())?;
             picture.draw().map_err(|e| e.to_string())?;
             let time = picture.draw().map_err(|e| e.to_string())?;
-            *measured = (samples(&scene, decoder.layout()), time.wall_ms);
+            if tell.send(Ok((samples(&scene, decoder.layout()), time.wall_ms))).is_err() {
+                return Ok(());
+            }
+            before = Some((side, time.wall_ms));
         }
-        Ok(Frames::through(measured))
+        Ok(())
     }
 }
 
@@ -186,11 +270,11 @@ fn view_of(scene: &Scene, layout: &VolumeLayout, filter: Filter) -> Result<View,
 
 /// Noise of several octaves: neither the easiest nor the hardest thing for a codec. Of a colour volume, all channels
 /// hold the same.
-fn small_volume(sample: SampleType, channels: u32) -> Result<FiniteVolume, String> {
+fn small_volume(edge: u32, sample: SampleType, channels: u32) -> Result<FiniteVolume, String> {
     fn repeated<T: Copy>(values: Vec<T>, channels: u32) -> Vec<T> {
         values.into_iter().flat_map(|v| std::iter::repeat_n(v, channels as usize)).collect()
     }
-    let extent = Extent::cube(TRIAL_EDGE).map_err(|e| e.to_string())?;
+    let extent = Extent::cube(edge).map_err(|e| e.to_string())?;
     let scalar = generate(Generator::Turbulence, extent, sample, 1).map_err(|e| e.to_string())?;
     let layout = VolumeLayout { channels, ..scalar.layout().clone() };
     let samples = match scalar.into_samples() {
@@ -204,62 +288,21 @@ fn small_volume(sample: SampleType, channels: u32) -> Result<FiniteVolume, Strin
     Ok(FiniteVolume::new(DenseVolume::new(layout, samples)?))
 }
 
-/// Trials that were made, each once.
-#[derive(Debug)]
-pub struct Trials<'a> {
-    names: &'a Names,
-    trials: BTreeMap<String, Result<Trial, String>>,
-    frames: BTreeMap<String, Result<Frames, String>>,
-}
-
-impl<'a> Trials<'a> {
-    /// None yet.
-    #[must_use]
-    pub const fn new(names: &'a Names) -> Self {
-        Self { names, trials: BTreeMap::new(), frames: BTreeMap::new() }
-    }
-
-    /// The trial of a codec with settings for volumes of this layout.
-    ///
-    /// # Errors
-    /// As [`Trial::new`].
-    pub fn of(&mut self, codec: &str, settings: &Settings, layout: &VolumeLayout) -> Result<&Trial, String> {
-        let key = trial_key(codec, settings, layout);
-        let make = || Trial::new(self.names, codec, settings, layout.sample, layout.channels);
-        self.trials.entry(key).or_insert_with(make).as_ref().map_err(Clone::clone)
-    }
-
-    /// What frames of a cell take. Scenes that differ in size, camera or colours share a measurement.
-    ///
-    /// # Errors
-    /// As [`Trial::new`] and [`Trial::frames`].
-    pub fn frames(
-        &mut self,
-        target: &Target,
-        cell: &Cell,
-        scene: &Scene,
-        layout: &VolumeLayout,
-    ) -> Result<Frames, String> {
-        let lit = if scene.shading.is_some() { "lit" } else { "unlit" };
-        let trial = trial_key(&cell.codec, &cell.settings, layout);
-        let key = format!("{trial} {} {} {} {lit}", cell.renderer, cell.site, cell.filter);
-        if let Some(known) = self.frames.get(&key) {
-            return known.clone();
-        }
-        let frames =
-            self.of(&cell.codec, &cell.settings, layout).and_then(|trial| trial.frames(target, cell, scene));
-        self.frames.insert(key, frames.clone());
-        frames
-    }
-}
-
-fn trial_key(codec: &str, settings: &Settings, layout: &VolumeLayout) -> String {
-    format!("{codec} {settings} {} {}", layout.sample, layout.channels)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_picture_counts_by_its_samples() {
+        assert_eq!(Frames::of(&[]), None);
+        let one = Frames::of(&[(100.0, 3.0)]).unwrap();
+        assert!((one.frame_ms(200.0) - 6.0).abs() < 1e-9);
+        // Of three, the first says least.
+        assert_eq!(
+            Frames::of(&[(1.0, 900.0), (100.0, 3.0), (1100.0, 5.0)]),
+            Frames::of(&[(100.0, 3.0), (1100.0, 5.0)])
+        );
+    }
 
     #[test]
     fn a_line_goes_through_both_measurements_unless_a_part_were_negative() {
@@ -271,30 +314,5 @@ mod tests {
         );
         let steep = Frames::through([(100.0, 1.0), (200.0, 10.0)]);
         assert!(steep.fixed_ms == 0.0 && steep.ms_per_sample > 0.0);
-    }
-
-    #[test]
-    fn a_trial_says_what_a_codec_makes_of_a_voxel() {
-        let names = Names::new().unwrap();
-        let mut trials = Trials::new(&names);
-        let layout = VolumeLayout::scalar(Extent::cube(100).unwrap(), SampleType::U16);
-        let raw = names.codecs().get("raw").unwrap().info().default_settings();
-        let raw = trials.of("raw", &raw, &layout).unwrap();
-        assert!((raw.stream_bytes_per_voxel() - 2.0).abs() < 0.05);
-        assert_eq!((raw.texel_bytes(), raw.buffer_bytes_per_voxel().unwrap()), (2, 2.0));
-        let colour = VolumeLayout { channels: 3, sample: SampleType::U8, ..layout.clone() };
-        let raw = names.codecs().get("raw").unwrap().info().default_settings();
-        assert_eq!(trials.of("raw", &raw, &colour).unwrap().texel_bytes(), 4);
-        let s3dc = names.codecs().get("s3dc").unwrap().info().default_settings();
-        let s3dc = trials.of("s3dc", &s3dc, &layout).unwrap();
-        // 4 bits of index, and two ends for a block of 16³.
-        assert!((s3dc.buffer_bytes_per_voxel().unwrap() - 0.5).abs() < 0.01);
-        assert!(s3dc.encode_seconds_per_voxel() > 0.0 && s3dc.decode_seconds_per_voxel() > 0.0);
-        // Half a byte in blocks where the target takes such; decoded, 16 bits.
-        let bc4 = names.codecs().get("bc4").unwrap().info().default_settings();
-        let bc4 = trials.of("bc4", &bc4, &layout).unwrap();
-        assert_eq!(bc4.buffer_bytes_per_voxel().unwrap(), 0.5);
-        assert_eq!(bc4.host_bytes_per_voxel(&Target::Cpu { reason: None }), 2.0);
-        assert!(trials.of("none", &Settings::default(), &layout).is_err());
     }
 }

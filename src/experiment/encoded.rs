@@ -6,9 +6,12 @@ use std::time::Instant;
 
 use cvr_core::codec::{Block, Codec, Decoder, Progress, Settings, decode_stages, encode_file};
 use cvr_core::container::EncodedVolume;
+use cvr_core::memory::{self, Held};
 use cvr_core::metrics::{ErrorHistogram, FrameError, VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, Level, NoReferences, Region};
+use cvr_core::volume::{
+    BrickKey, BrickSource as _, FiniteVolume, FrameIndex, Level, NoReferences, Region, VolumeLayout,
+};
 
 use super::checked::Expected;
 use super::latest::Latest;
@@ -62,6 +65,11 @@ pub fn encode(
 ) -> Result<Encoded, String> {
     let folder = tempfile::tempdir_in(scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
     let path = folder.path().join("volume.cvr");
+    // A frame is decoded in the end, and compared with the original's: better to know before the encoder runs.
+    let layout = volume.layout();
+    let frame_bytes = single_bytes(layout);
+    memory::check(2 * frame_bytes, || format!("a frame of {} voxels, decoded and original,", layout.extent))
+        .map_err(|e| e.to_string())?;
     let start = Instant::now();
     encode_file(codec, settings, volume, volume.replaced(), &path, run).map_err(|e| e.to_string())?;
     let encode_seconds = start.elapsed().as_secs_f64();
@@ -91,6 +99,11 @@ pub fn encode(
     })
 }
 
+/// Bytes of a frame in single precision.
+const fn single_bytes(layout: &VolumeLayout) -> u64 {
+    layout.samples_per_frame() * size_of::<f32>() as u64
+}
+
 /// What decoding yields.
 struct Decoded {
     /// The first frame.
@@ -117,8 +130,13 @@ fn decode(
         let start = Instant::now();
         let values = decode_stages(decoder, frame, level.stages, &NoReferences).map_err(|e| e.to_string())?;
         decode_seconds += start.elapsed().as_secs_f64();
+        let held = Held::of(&values);
+        let layout = decoder.layout();
+        memory::check(single_bytes(layout), || format!("the original frame of {} voxels", layout.extent))
+            .map_err(|e| e.to_string())?;
         frame_errors.push(comparison.add_frame(&values));
         outside = outside.or_else(|| outside_promise(decoder, (frame, level), &values));
+        drop(held);
         if frame == FrameIndex::FIRST {
             first = DecodedFrame::new(decoder.layout().clone(), values);
         }

@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use cvr_core::codec::Site;
+use cvr_core::memory;
 use cvr_core::metrics::isosurface::SurfaceDistance;
 use cvr_core::pipeline::{Cell, FrameRange};
 use cvr_core::render::Filter;
@@ -94,6 +95,13 @@ impl<'a> Shared<'a> {
     pub fn decoded(&self, site: Site, frame: FrameIndex, record: &mut Record) -> Result<Decoded, String> {
         let expected = self.expected(frame)?;
         expected.flag_not_run(self.target, site, record);
+        if let (Target::Device(_), Site::Inline | Site::Deferred | Site::Ring) = (self.target, site) {
+            // What the device decodes is read back, to be compared.
+            let layout = expected.decoder.layout();
+            let bytes = layout.samples_per_frame() * size_of::<f32>() as u64;
+            let what = || format!("a frame of {} voxels as the device decodes it", layout.extent);
+            memory::check(bytes, what).map_err(|e| e.to_string())?;
+        }
         Ok(match site {
             Site::Host => {
                 let upload = self.host.get(frame, || SharedUpload::new(self.target, &expected))?;

@@ -1,6 +1,5 @@
 //! Cells that skip empty macrocells: which these are, and what skipping gains.
 
-use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -15,7 +14,7 @@ use super::record::Record;
 
 /// The macrocells of a stream's frame at one level, decoded when a cell first asks for them.
 #[derive(Debug, Default)]
-pub struct LazyRanges(Latest<Rc<(MacrocellRanges, f64)>>);
+pub struct LazyRanges(Latest<Arc<(MacrocellRanges, f64)>>);
 
 impl LazyRanges {
     /// The ranges of all macrocells, and the wall seconds that it took to decode them.
@@ -27,12 +26,12 @@ impl LazyRanges {
         decoder: &dyn Decoder,
         (frame, level): (FrameIndex, Level),
         stop: &AtomicBool,
-    ) -> Result<Rc<(MacrocellRanges, f64)>, String> {
+    ) -> Result<Arc<(MacrocellRanges, f64)>, String> {
         self.0.get(frame, || {
             let start = Instant::now();
             let ranges = MacrocellRanges::decode(decoder, frame, level, stop);
             let ranges = ranges.map_err(|e| e.to_string())?.ok_or("stopped")?;
-            Ok(Rc::new((ranges, start.elapsed().as_secs_f64())))
+            Ok(Arc::new((ranges, start.elapsed().as_secs_f64())))
         })
     }
 

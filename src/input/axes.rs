@@ -47,6 +47,7 @@ pub(super) fn rearranged(
         *axis = of.of(&layout);
     }
     let memory = || InputError::Memory { place: place.clone(), bytes: layout.bytes() };
+    cvr_core::memory::check(layout.bytes(), String::new).map_err(|_| memory())?;
     let samples = match input.volume.samples() {
         Samples::U8(v) => Samples::U8(moved(v, axes).ok_or_else(memory)?),
         Samples::I8(v) => Samples::I8(moved(v, axes).ok_or_else(memory)?),

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use cvr_core::memory::{self, Bound, gigabytes};
+
 use super::Generator;
 
 /// Where an error arose. Every [`InputError`] has one, so every message names its file.
@@ -60,6 +62,14 @@ impl std::fmt::Display for Place {
             Self::Generator(generator) => write!(f, "generator {}", generator.name()),
         }
     }
+}
+
+/// What may be taken of memory, and how to have it otherwise; empty where nothing is bounded.
+fn may_be_taken() -> String {
+    let text = |bound: Bound| {
+        format!(", {} may be taken by all together, and --max-gb allows more", gigabytes(bound.bytes))
+    };
+    memory::allowed().map(text).unwrap_or_default()
 }
 
 /// Why there is no volume. Each message names the place, the problem and the way out.
@@ -129,7 +139,10 @@ pub enum InputError {
         bytes: u128,
     },
     /// The volume is within the limit, but this machine cannot hold it.
-    #[error("{place}: no memory for {bytes} bytes of voxels; crop or downsample the volume")]
+    #[error(
+        "{place}: no memory for {bytes} bytes of voxels{}; crop or downsample the volume",
+        may_be_taken()
+    )]
     Memory {
         /// The file or generator.
         place: Place,

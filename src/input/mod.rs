@@ -31,8 +31,8 @@ mod vti;
 pub use cvr_core::pipeline::{ByteOrder, RawLayout};
 pub use error::{InputError, Place};
 pub use generate::{Generator, generate, generate_frames};
-pub use npy::write_npy;
-pub use nrrd::write_nrrd;
+pub use npy::{write_npy, write_npy_from};
+pub use nrrd::{write_nrrd, write_nrrd_from};
 pub use source::{found, layout, read};
 pub use volume::InputVolume;
 

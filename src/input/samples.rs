@@ -2,6 +2,7 @@
 
 use std::io::{ErrorKind, Read};
 
+use cvr_core::memory;
 use cvr_core::volume::{SampleType, Samples, StoredType};
 
 use super::ByteOrder;
@@ -114,8 +115,16 @@ impl SampleSink {
         capacity.saturating_sub(self.len())
     }
 
+    /// Whether so many samples more may be taken.
+    pub fn check(&self, more: usize) -> Result<(), NoMemory> {
+        let samples = (self.len() as u64).saturating_add(more as u64);
+        let bytes = samples.saturating_mul(self.samples.sample_type().bytes() as u64);
+        memory::check(bytes, String::new).map_err(|_| NoMemory)
+    }
+
     /// Makes room for exactly so many samples more.
     pub fn reserve(&mut self, more: usize) -> Result<(), NoMemory> {
+        self.check(more)?;
         match &mut self.samples {
             Samples::U8(v) => v.try_reserve_exact(more),
             Samples::I8(v) => v.try_reserve_exact(more),
@@ -194,6 +203,8 @@ pub(super) fn read_samples(
     at_once: bool,
 ) -> Result<(), ReadFault> {
     let size = sink.stored.bytes();
+    // All of them, even where room is made as they come: what a header promises is compared first.
+    sink.check(count).map_err(|NoMemory| ReadFault::Memory)?;
     if at_once {
         sink.reserve(count).map_err(|NoMemory| ReadFault::Memory)?;
     }

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use cvr_core::memory;
 use cvr_core::pipeline::RawLayout;
 use cvr_core::volume::{BrickSource as _, DenseVolume, Samples, VolumeLayout};
 
@@ -167,7 +168,10 @@ fn sequence(
     let mut samples = volume.into_samples();
     // Most sequences have a frame per file: then nothing is ever copied.
     let all = layout.samples().saturating_mul(others.len() as u64 + 1);
-    if all.saturating_mul(layout.sample.bytes() as u64) <= MAX_VOLUME_BYTES {
+    let all_bytes = all.saturating_mul(layout.sample.bytes() as u64);
+    memory::check(all_bytes, String::new)
+        .map_err(|_| InputError::Memory { place: Place::file(first_file), bytes: all_bytes })?;
+    if all_bytes <= MAX_VOLUME_BYTES {
         let more = usize::try_from(all).unwrap_or(usize::MAX) - samples.len();
         reserve(&mut samples, more).ok_or_else(|| InputError::Memory {
             place: Place::file(first_file),

@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use cvr_core::codec::Settings;
+use cvr_core::pipeline::Experiment;
 use cvr_core::stability::Subject;
 use serde::Deserialize;
 
@@ -40,12 +41,35 @@ pub struct Config {
     /// What `--quick` changes.
     #[serde(default)]
     quick: Quick,
+    /// Most cells and measurements of encoders together.
+    #[serde(default = "max_cells")]
+    pub max_cells: u64,
+    /// What reading did that the author of the file should know of, one sentence each.
+    #[serde(skip)]
+    pub notes: Vec<String>,
     /// Further settings.
     #[serde(default, rename = "codec")]
     pub codecs: Vec<CodecEntry>,
     /// Settings of which the encoder's stability alone is measured.
     #[serde(default, rename = "encoder")]
     pub encoders: Vec<CodecEntry>,
+}
+
+const fn max_cells() -> u64 {
+    Experiment::MAX_CELLS
+}
+
+/// Leaves each value once, in its first place; says whether one came again.
+fn once<T: PartialEq>(values: &mut Vec<T>) -> bool {
+    let written = values.len();
+    let mut kept: Vec<T> = Vec::new();
+    for value in values.drain(..) {
+        if !kept.contains(&value) {
+            kept.push(value);
+        }
+    }
+    *values = kept;
+    values.len() < written
 }
 
 /// Settings of a codec beside its defaults.
@@ -96,11 +120,26 @@ impl Config {
     /// # Errors
     /// As [`Config::read`].
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
-        let config: Self = toml::from_str(text).map_err(|e| format!("{name}: {e}"))?;
+        let mut config: Self = toml::from_str(text).map_err(|e| format!("{name}: {e}"))?;
+        config.count_once(name);
         for config in [config.clone(), config.clone().quick()] {
             config.check().map_err(|e| format!("{name}: {e}"))?;
         }
         Ok(config)
+    }
+
+    /// Equal values of a list that multiplies count once, which a note says.
+    fn count_once(&mut self, name: &str) {
+        let quick = &mut self.quick;
+        let repeated = [
+            ("threads", once(&mut self.threads)),
+            ("encoder_subjects", once(&mut self.encoder_subjects)),
+            ("quick.threads", quick.threads.as_mut().is_some_and(once)),
+            ("quick.encoder_subjects", quick.encoder_subjects.as_mut().is_some_and(once)),
+        ];
+        for (key, _) in repeated.into_iter().filter(|(_, repeated)| *repeated) {
+            self.notes.push(format!("{name}: `{key}` lists a value again; equal values count once"));
+        }
     }
 
     /// The same with what `--quick` changes.
@@ -118,6 +157,8 @@ impl Config {
             threads: threads.unwrap_or(self.threads),
             generations: generations.unwrap_or(self.generations),
             encoder_subjects: encoder_subjects.unwrap_or(self.encoder_subjects),
+            max_cells: self.max_cells,
+            notes: self.notes,
             quick: self.quick,
             codecs: self.codecs,
             encoders: self.encoders,
@@ -180,6 +221,16 @@ mod tests {
         let quick = config.clone().quick();
         assert!(quick.edge < config.edge && quick.picture < config.picture && quick.steps == Some(3));
         assert!(config.codecs.len() >= 4);
+    }
+
+    #[test]
+    fn equal_values_count_once_and_a_note_says_so() {
+        let config =
+            |list: &str| Config::parse("x.toml", &OWN.replacen("threads = [1, 2, 4]", list, 1)).unwrap();
+        assert_eq!(config("threads = [1, 2, 4]").notes, [""; 0]);
+        let again = config("threads = [2, 1, 2, 1]");
+        assert_eq!(again.threads, [2, 1]);
+        assert_eq!(again.notes, ["x.toml: `threads` lists a value again; equal values count once"]);
     }
 
     #[test]

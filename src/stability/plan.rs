@@ -79,7 +79,15 @@ impl Plan {
         });
         let dials = dials.collect();
         let scenes = Provocation::ALL.iter().filter(|s| named(&config.scenes, s.name)).collect();
-        Ok(Self { contestants, encoders, dials, scenes, config })
+        let plan = Self { contestants, encoders, dials, scenes, config };
+        let (cells, allowed) = ((plan.cells() + plan.encoder_cells()) as u64, plan.config.max_cells);
+        if cells > allowed {
+            return Err(format!(
+                "the atlas has {cells} cells and measurements of encoders, and {allowed} are allowed: leave out settings \
+                 or subjects, or write a larger number as `max_cells`"
+            ));
+        }
+        Ok(plan)
     }
 
     /// Cells of the atlas: contestants × steps.
@@ -145,6 +153,20 @@ mod tests {
         let mut config = Config::own().unwrap();
         config.codecs[0].settings.set("blok", SettingValue::Integer(3));
         assert!(Plan::new(config, &registry, &[]).unwrap_err().contains("no setting `blok`"));
+    }
+
+    #[test]
+    fn an_atlas_of_more_cells_than_are_allowed_is_refused() {
+        let registry = codecs().unwrap();
+        let plan = |max_cells| {
+            let mut config = Config::own().unwrap();
+            config.max_cells = max_cells;
+            Plan::new(config, &registry, &[])
+        };
+        let cells = plan(u64::MAX).map(|plan| plan.cells() + plan.encoder_cells()).unwrap() as u64;
+        assert!(plan(cells).is_ok());
+        let refused = plan(cells - 1).unwrap_err();
+        assert!(refused.contains(&format!("{cells} cells")) && refused.contains("`max_cells`"), "{refused}");
     }
 
     #[test]

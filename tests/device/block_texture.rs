@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use cvr::estimate::Trials;
+use cvr::estimate::{Allowance, Trials};
 use cvr::experiment::checked::Expected;
 use cvr::experiment::host::SharedUpload;
 use cvr::experiment::host_texture::HostTexture;
@@ -251,7 +251,7 @@ fn pictures_at_host_are_those_at_inline_whatever_the_device_does_with_blocks() {
 fn memory_is_estimated_by_what_the_device_takes() {
     let Some(device) = capable("block_texture::estimate") else { return };
     let names = Names::new().unwrap();
-    let mut trials = Trials::new(&names);
+    let mut trials = Trials::new(&names, Allowance::default());
     let mut bytes = |channels| {
         let extent = Extent::cube(100).unwrap();
         let layout = VolumeLayout { channels, ..VolumeLayout::scalar(extent, SampleType::U8) };

@@ -146,6 +146,10 @@ impl Decoder for HaarDecoder {
         Ok(())
     }
 
+    fn rebuilds_frames(&self) -> bool {
+        true
+    }
+
     fn decoded_form(&self) -> DecodedForm {
         match self.layout.sample {
             SampleType::U8 => DecodedForm { format: TexelFormat::Unorm8, scale: 255.0, offset: 0.0 },

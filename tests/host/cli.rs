@@ -2,6 +2,7 @@
 
 mod bad_configurations;
 mod bad_files;
+mod bounds;
 mod compare;
 mod examples;
 mod explain;

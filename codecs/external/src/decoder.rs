@@ -5,11 +5,12 @@ use std::time::Duration;
 
 use cvr_core::codec::{DecodeError, DecodedForm, Decoder, check_key, check_stream};
 use cvr_core::container::{Element, EncodedVolume, Tensor};
+use cvr_core::memory::{self, Held};
 use cvr_core::volume::{BrickKey, FrameIndex, ReferenceFrames, SampleType, VolumeLayout};
 use serde::{Deserialize, Serialize};
 
 use crate::command::{Command, Field};
-use crate::samples::values;
+use crate::samples::read_values;
 use crate::trust::Trust;
 use crate::{INFO, STREAMS};
 
@@ -32,6 +33,13 @@ pub struct Parameters {
     pub lengths: Vec<u64>,
 }
 
+/// A decoded frame.
+#[derive(Debug)]
+struct Frame {
+    values: Vec<f32>,
+    _held: Held,
+}
+
 /// Decodes a stream of `external`.
 #[derive(Debug)]
 pub struct ExternalDecoder {
@@ -42,7 +50,7 @@ pub struct ExternalDecoder {
     /// Where each compressed file begins, and the end of the last.
     starts: Vec<usize>,
     /// The frame that was asked for last. Bricks of one frame are one run of the command, whichever thread asks first.
-    latest: Mutex<Option<(FrameIndex, Arc<Vec<f32>>)>>,
+    latest: Mutex<Option<(FrameIndex, Arc<Frame>)>>,
 }
 
 impl ExternalDecoder {
@@ -75,26 +83,30 @@ impl ExternalDecoder {
         Ok(Self { layout, command, sample, streams, starts, latest: Mutex::new(None) })
     }
 
-    fn frame(&self, frame: FrameIndex) -> Result<Arc<Vec<f32>>, DecodeError> {
+    fn frame(&self, frame: FrameIndex) -> Result<Arc<Frame>, DecodeError> {
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((at, values)) = &*latest
             && *at == frame
         {
             return Ok(values.clone());
         }
+        // Two frames at a time are one too many.
+        *latest = None;
         let decoded = Arc::new(self.decoded(frame)?);
         *latest = Some((frame, decoded.clone()));
         Ok(decoded)
     }
 
     /// A whole frame, channels interleaved.
-    fn decoded(&self, frame: FrameIndex) -> Result<Vec<f32>, DecodeError> {
+    fn decoded(&self, frame: FrameIndex) -> Result<Frame, DecodeError> {
         let channels = self.layout.channels as usize;
         let field = Field { extent: self.layout.extent, sample: self.sample };
         let failed = |problem: String| DecodeError::Failed(problem);
         let folder = tempfile::tempdir().map_err(|e| failed(format!("no temporary folder: {e}")))?;
         let [input, output] = ["compressed", "samples"].map(|name| folder.path().join(name));
-        let mut frame_values = vec![0.0; self.layout.samples_per_frame() as usize];
+        let what = || format!("a frame of {} voxels that a command decodes", self.layout.extent);
+        let mut frame_values: Vec<f32> = memory::zeroed(self.layout.samples_per_frame(), what)?;
+        let held = Held::of(&frame_values);
         for channel in 0..channels {
             let file = frame.0 as usize * channels + channel;
             let stream = &self.streams.bytes()[self.starts[file]..self.starts[file + 1]];
@@ -102,25 +114,24 @@ impl ExternalDecoder {
             _ = std::fs::remove_file(&output);
             let run = self.command.run(field, [&input, &output], folder.path(), || Ok(()));
             run.map_err(|e| failed(e.to_string()))?;
-            let bytes = std::fs::read(&output).unwrap_or_default();
+            let written = std::fs::metadata(&output).map_or(0, |file| file.len());
             let expected = self.layout.extent.voxels() * self.sample.bytes() as u64;
-            if bytes.len() as u64 != expected {
+            if written != expected {
                 let (text, sample) = (self.command.text(), self.sample);
                 return Err(failed(format!(
-                    "`{text}` wrote {} bytes to {{out}}; {} voxels of {sample} are {expected}",
-                    bytes.len(),
+                    "`{text}` wrote {written} bytes to {{out}}; {} voxels of {sample} are {expected}",
                     self.layout.extent
                 )));
             }
-            let decoded = values(&bytes, self.sample).unwrap_or_default();
-            if let Some(value) = decoded.iter().find(|v| !v.is_finite()) {
+            let to = frame_values.iter_mut().skip(channel).step_by(channels);
+            read_values(&output, self.sample, to)
+                .map_err(|e| failed(format!("{}: {e}", output.display())))?;
+            let mut of_channel = frame_values.iter().skip(channel).step_by(channels);
+            if let Some(value) = of_channel.find(|v| !v.is_finite()) {
                 return Err(failed(format!("`{}` wrote a sample of {value}", self.command.text())));
             }
-            for (to, from) in frame_values.iter_mut().skip(channel).step_by(channels).zip(decoded) {
-                *to = from;
-            }
         }
-        Ok(frame_values)
+        Ok(Frame { values: frame_values, _held: held })
     }
 }
 
@@ -143,9 +154,13 @@ impl Decoder for ExternalDecoder {
         let row = key.region.extent.x() as usize * channels;
         for (start, out) in key.region.rows().zip(out.chunks_exact_mut(row)) {
             let first = self.layout.extent.index(start) * channels;
-            out.copy_from_slice(&frame[first..first + row]);
+            out.copy_from_slice(&frame.values[first..first + row]);
         }
         Ok(())
+    }
+
+    fn rebuilds_frames(&self) -> bool {
+        true
     }
 
     fn decoded_form(&self) -> DecodedForm {

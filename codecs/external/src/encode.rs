@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::{Element, StreamWriter};
-use cvr_core::volume::{BrickSource, FrameIndex, Region, SampleType};
+use cvr_core::volume::{BrickSource, FrameIndex, Region, SampleType, VolumeLayout};
 
 use crate::STREAMS;
 use crate::command::{Command, Field, RunError};
@@ -23,6 +23,12 @@ pub struct ExternalEncoder {
 }
 
 impl Encoder for ExternalEncoder {
+    /// A frame in single precision, and a channel of it as it lies in its file.
+    fn scratch_bytes(&self, layout: &VolumeLayout) -> u64 {
+        let sample = self.sample.unwrap_or(layout.sample);
+        layout.samples_per_frame() * 4 + layout.extent.voxels() * sample.bytes() as u64
+    }
+
     fn encode(
         &mut self,
         source: &dyn BrickSource,

@@ -1,5 +1,9 @@
 //! Samples as they lie in files: little-endian, x fastest.
 
+use std::fs::File;
+use std::io::{ErrorKind, Read as _};
+use std::path::Path;
+
 use cvr_core::volume::{SampleType, Samples};
 
 /// The bytes of values that the type holds.
@@ -12,10 +16,27 @@ pub fn bytes(values: impl Iterator<Item = f32>, sample: SampleType) -> Vec<u8> {
     }
 }
 
-/// The values in these bytes; `None` where the last sample is cut.
-pub fn values(bytes: &[u8], sample: SampleType) -> Option<Vec<f32>> {
-    let samples = Samples::from_bytes(sample, bytes, false)?;
-    Some((0..samples.len()).map(|i| samples.get(i)).collect())
+/// Bytes of a file that lie in memory at a time: a whole number of samples of any type.
+const CHUNK_BYTES: usize = 1 << 20;
+
+/// Reads the first samples of a file, as many as `to` has places. A file may be as large as the frame itself, so that no
+/// more than a chunk of it is in memory.
+pub fn read_values<'a>(
+    path: &Path,
+    sample: SampleType,
+    mut to: impl ExactSizeIterator<Item = &'a mut f32>,
+) -> std::io::Result<()> {
+    let mut file = File::open(path)?;
+    let mut chunk = vec![0; CHUNK_BYTES];
+    while to.len() > 0 {
+        let bytes = &mut chunk[..CHUNK_BYTES.min(to.len() * sample.bytes())];
+        file.read_exact(bytes)?;
+        let samples = Samples::from_bytes(sample, bytes, false).ok_or(ErrorKind::InvalidData)?;
+        for (i, to) in (0..samples.len()).zip(&mut to) {
+            *to = samples.get(i);
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -31,9 +52,28 @@ mod tests {
             };
             let written = bytes(all.iter().copied(), sample);
             assert_eq!(written.len(), all.len() * sample.bytes());
-            assert_eq!(values(&written, sample).unwrap(), all, "{sample}");
+            let file = tempfile::NamedTempFile::new().unwrap();
+            std::fs::write(file.path(), &written).unwrap();
+            let mut read = vec![0.0; all.len()];
+            read_values(file.path(), sample, read.iter_mut()).unwrap();
+            assert_eq!(read, all, "{sample}");
+            // Every second place of a frame, as a channel has them.
+            let mut read = vec![0.0; 2 * all.len()];
+            read_values(file.path(), sample, read.iter_mut().skip(1).step_by(2)).unwrap();
+            assert!(read.chunks(2).zip(&all).all(|(pair, value)| pair == [0.0, *value]), "{sample}");
+            assert!(read_values(file.path(), sample, vec![0.0; 5].iter_mut()).is_err(), "it has four");
         }
         assert_eq!(bytes([258.0].into_iter(), SampleType::U16), [2, 1]);
-        assert_eq!(values(&[1, 2, 3], SampleType::I16), None);
+    }
+
+    #[test]
+    fn a_file_of_more_than_a_chunk_is_read_whole() {
+        let count = CHUNK_BYTES / 2 + 3;
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let value = |i: usize| (i % 60_001) as f32;
+        std::fs::write(file.path(), bytes((0..count).map(value), SampleType::U16)).unwrap();
+        let mut read = vec![0.0; count];
+        read_values(file.path(), SampleType::U16, read.iter_mut()).unwrap();
+        assert!(read.iter().enumerate().all(|(i, v)| *v == value(i)));
     }
 }

@@ -7,10 +7,16 @@ use serde::{Deserialize, Serialize};
 
 use super::EncodeError;
 use crate::container::StreamWriter;
-use crate::volume::BrickSource;
+use crate::volume::{BrickSource, VolumeLayout};
 
 /// Encodes one volume.
 pub trait Encoder: Send + Debug {
+    /// Bytes that encoding a volume of this layout holds at its height beside the source and the stream, about. Asked before
+    /// anything is encoded, and compared with what may be taken; slabs of a few slices need not be counted.
+    fn scratch_bytes(&self, _layout: &VolumeLayout) -> u64 {
+        0
+    }
+
     /// Reads `source` brick by brick and appends tensors and decode parameters to `out`. The source holds
     /// only finite, non-subnormal values (see [`crate::volume::FiniteVolume`]).
     ///

@@ -4,14 +4,15 @@ use std::path::Path;
 
 use super::{Codec, EncodeError, Progress, Settings};
 use crate::container::{ContainerError, ContainerWriter, EncodedVolume, Written};
+use crate::memory::{self, Held};
 use crate::volume::{BrickSource, FiniteVolume, Replaced};
 
 /// Encodes `source` into a container at `path`. `settings` may be partial: the codec's defaults fill it, and the
 /// complete settings stand in the container. `replaced` counts the samples that were made finite beforehand.
 ///
 /// # Errors
-/// When the settings are wrong, the codec cannot encode such a volume, reading or writing fails, or `run` was
-/// cancelled. Nothing stands at `path` then.
+/// When the settings are wrong, the codec cannot encode such a volume, there is no memory for it, reading or writing fails,
+/// or `run` was cancelled. Nothing stands at `path` then.
 pub fn encode_file(
     codec: &dyn Codec,
     settings: &Settings,
@@ -22,7 +23,12 @@ pub fn encode_file(
 ) -> Result<Written, EncodeError> {
     let settings = settings.complete(codec.info())?;
     let mut writer = ContainerWriter::create(path)?;
-    let report = codec.encoder(&settings)?.encode(source, &mut writer, run)?;
+    let mut encoder = codec.encoder(&settings)?;
+    let scratch = encoder.scratch_bytes(source.layout());
+    memory::check(scratch, || format!("encoding {} voxels by {}", source.layout().extent, codec.info().id))?;
+    let scratch = Held::new(scratch);
+    let report = encoder.encode(source, &mut writer, run)?;
+    drop(scratch);
     Ok(writer.finish(codec.info(), source.layout(), &settings, &report, replaced)?)
 }
 

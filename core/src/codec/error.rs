@@ -1,6 +1,7 @@
 //! Errors of codecs, split by who is at fault: the configuration, the input, or the stream.
 
 use crate::container::ContainerError;
+use crate::memory::OutOfMemory;
 use crate::volume::SourceError;
 
 /// The settings are wrong: the user's fault, to be mended in the configuration.
@@ -54,6 +55,9 @@ pub enum EncodeError {
     /// Writing the stream failed.
     #[error(transparent)]
     Container(#[from] ContainerError),
+    /// There is no memory for it.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// The user asked to stop.
     #[error("encoding was cancelled")]
     Cancelled,
@@ -87,6 +91,9 @@ pub enum DecodeError {
     /// Something that the decoder relies on did not do its work: a process that it starts.
     #[error("{0}")]
     Failed(String),
+    /// There is no memory for it.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// The stream asks for something that its reader has not allowed.
     #[error("{0}")]
     Refused(String),

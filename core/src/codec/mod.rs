@@ -9,6 +9,7 @@ mod error;
 mod frame_decode;
 mod info;
 mod parity;
+mod pieces;
 mod region;
 mod registry;
 mod settings;
@@ -24,6 +25,7 @@ pub use error::{ConfigError, DecodeError, EncodeError};
 pub use frame_decode::{FrameDecode, FramePass, FramePasses, Scratch, ScratchUse, deferred_agreement};
 pub use info::{CodecInfo, Paper, Site};
 pub use parity::{Mismatch, Parity};
+pub use pieces::decode_pieces;
 pub use region::decode_region;
 pub use registry::{Registry, RegistryError};
 pub use settings::{Setting, SettingKind, SettingValue, Settings};
@@ -37,6 +39,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::container::EncodedVolume;
+use crate::memory;
 use crate::volume::{BrickKey, Dependencies, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout};
 
 /// A compression method for volumes.
@@ -97,6 +100,12 @@ pub trait Decoder: Send + Sync + Debug {
         out: &mut [f32],
     ) -> Result<(), DecodeError>;
 
+    /// Whether any box costs a whole frame, since the codec rebuilds frames as a whole. Of any other codec, whoever writes
+    /// voxels out decodes them piece by piece.
+    fn rebuilds_frames(&self) -> bool {
+        false
+    }
+
     /// A range that holds every *decoded* value of the box (all channels), if the codec knows one without
     /// decoding; it may be wider than the tightest.
     fn value_range(&self, _key: BrickKey) -> Option<ValueRange> {
@@ -129,7 +138,7 @@ pub trait Decoder: Send + Sync + Debug {
 /// Decodes a whole frame, bricks in parallel.
 ///
 /// # Errors
-/// As [`Decoder::decode_brick`].
+/// As [`Decoder::decode_brick`]; also when there is no memory for it.
 pub fn decode_frame(
     decoder: &dyn Decoder,
     frame: FrameIndex,
@@ -141,7 +150,7 @@ pub fn decode_frame(
 /// The same from the first `stages` of a stream alone; more than there are stand for all.
 ///
 /// # Errors
-/// As [`Decoder::decode_brick`].
+/// As [`decode_frame`].
 pub fn decode_stages(
     decoder: &dyn Decoder,
     frame: FrameIndex,
@@ -153,9 +162,11 @@ pub fn decode_stages(
     use crate::volume::{Extent, Region};
 
     let layout = decoder.layout();
-    let [x, y, z] = layout.extent.to_array();
+    let [x, y, _] = layout.extent.to_array();
     let slab = x as usize * y as usize * layout.channels as usize;
-    let mut out = vec![0.0; slab * z as usize];
+    let what = || format!("a decoded frame of {} voxels", layout.extent);
+    let mut out = memory::zeroed(layout.samples_per_frame(), what)?;
+    let held = memory::Held::of(&out);
     // Slabs of 8 slices are contiguous in memory, so that each thread writes its own part of the output.
     const SLICES: u32 = 8;
     out.par_chunks_mut(slab * SLICES as usize).enumerate().try_for_each(|(i, out)| {
@@ -165,5 +176,7 @@ pub fn decode_stages(
         let level = Level { stages, ..Level::FULL };
         decoder.decode_brick(BrickKey { frame, level, region }, references, out)
     })?;
+    // What keeps the values counts them from here on.
+    drop(held);
     Ok(out)
 }

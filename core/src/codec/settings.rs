@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -151,14 +152,27 @@ impl SettingKind {
 }
 
 /// A complete or partial set of settings, in alphabetical order.
+/// A clone shares them, since thousands of cells may have the same.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Settings(BTreeMap<String, SettingValue>);
+#[serde(from = "BTreeMap<String, SettingValue>", into = "BTreeMap<String, SettingValue>")]
+pub struct Settings(Arc<BTreeMap<String, SettingValue>>);
+
+impl From<BTreeMap<String, SettingValue>> for Settings {
+    fn from(values: BTreeMap<String, SettingValue>) -> Self {
+        Self(Arc::new(values))
+    }
+}
+
+impl From<Settings> for BTreeMap<String, SettingValue> {
+    fn from(Settings(values): Settings) -> Self {
+        Arc::unwrap_or_clone(values)
+    }
+}
 
 impl Settings {
     /// Sets one value, replacing an earlier one.
     pub fn set(&mut self, name: &str, value: SettingValue) {
-        self.0.insert(name.to_owned(), value);
+        Arc::make_mut(&mut self.0).insert(name.to_owned(), value);
     }
 
     /// The value of a setting, if it is set.
@@ -262,7 +276,7 @@ impl Settings {
 
 impl FromIterator<(String, SettingValue)> for Settings {
     fn from_iter<I: IntoIterator<Item = (String, SettingValue)>>(iter: I) -> Self {
-        Self(iter.into_iter().collect())
+        Self(Arc::new(iter.into_iter().collect()))
     }
 }
 

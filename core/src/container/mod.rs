@@ -15,6 +15,8 @@ pub use read::{EncodedVolume, Tensor};
 pub use spec::{Element, Spec, TensorSpec};
 pub use write::{ContainerWriter, StreamWriter, Written};
 
+use crate::memory::OutOfMemory;
+
 /// Why a container cannot be read or written. The path stands in the message where there is one.
 #[derive(Debug, thiserror::Error)]
 pub enum ContainerError {
@@ -33,6 +35,14 @@ pub enum ContainerError {
         path: String,
         /// What is wrong, and the way out.
         problem: String,
+    },
+    /// There is no memory for its tensors.
+    #[error("{path}: {source}")]
+    Memory {
+        /// File.
+        path: String,
+        /// What needs how much.
+        source: OutOfMemory,
     },
     /// The decoder asked for a tensor that is not there.
     #[error("tensor `{name}` is missing; the stream holds: {known}")]

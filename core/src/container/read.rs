@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 
 use super::spec::FORMAT_VERSION;
 use super::{ContainerError, Element, Spec, header};
+use crate::memory::{self, Held};
 
 /// One tensor in memory. A clone shares the bytes, so that a decoder may keep the tensors it reads.
 #[derive(Clone, Debug)]
@@ -18,22 +19,28 @@ pub struct Tensor {
     pub element: Element,
     /// Slowest axis first.
     pub shape: Vec<u64>,
-    /// The bytes in whole 32-bit words, so that they are aligned; the last may be padded with zero.
-    words: Arc<Vec<u32>>,
+    words: Arc<Words>,
     bytes: usize,
+}
+
+/// The bytes of a tensor in whole 32-bit words, so that they are aligned; the last may be padded with zero.
+#[derive(Debug)]
+struct Words {
+    words: Vec<u32>,
+    _held: Held,
 }
 
 impl Tensor {
     /// The bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
-        &bytemuck::cast_slice(self.words.as_slice())[..self.bytes]
+        &bytemuck::cast_slice(&self.words.words)[..self.bytes]
     }
 
     /// The bytes as 32-bit words, the last padded with zero bytes.
     #[must_use]
     pub fn words(&self) -> &[u32] {
-        &self.words
+        &self.words.words
     }
 }
 
@@ -57,13 +64,16 @@ impl EncodedVolume {
         let mut file = File::open(path).map_err(io)?;
         let file_bytes = file.metadata().map_err(io)?.len();
         let (spec, data) = read_header(&mut file, file_bytes).map_err(bad)?;
+        let memory = |source| ContainerError::Memory { path: path.display().to_string(), source };
+        memory::check(file_bytes.saturating_sub(data), || "the encoded stream".to_owned()).map_err(memory)?;
         let mut tensors = BTreeMap::new();
         let mut at = data;
         for (name, tensor) in &spec.tensors {
             let bytes = header::tensor_bytes(tensor.element, &tensor.shape)
                 .filter(|b| at.checked_add(*b).is_some_and(|end| end <= file_bytes))
                 .ok_or_else(|| bad(format!("truncated: tensor `{name}` ends beyond the file")))?;
-            let mut words = vec![0_u32; (bytes as usize).div_ceil(4)];
+            let what = || format!("tensor `{name}`");
+            let mut words: Vec<u32> = memory::zeroed(bytes.div_ceil(4), what).map_err(memory)?;
             let buffer = &mut bytemuck::cast_slice_mut(&mut words)[..bytes as usize];
             file.read_exact(buffer).map_err(io)?;
             let crc = crc32c::crc32c(buffer);
@@ -77,7 +87,7 @@ impl EncodedVolume {
             }
             at += bytes;
             let (element, shape) = (tensor.element, tensor.shape.clone());
-            let words = Arc::new(words);
+            let words = Arc::new(Words { _held: Held::of(&words), words });
             tensors.insert(name.clone(), Tensor { element, shape, words, bytes: bytes as usize });
         }
         if at != file_bytes {

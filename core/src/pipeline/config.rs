@@ -13,6 +13,8 @@ pub struct Experiment {
     pub name: String,
     /// Seed of everything that is drawn by chance; default 0.
     pub seed: u64,
+    /// Most cells, refused combinations included; default [`Experiment::MAX_CELLS`].
+    pub max_cells: u64,
     /// At least one; no two names are alike in lower case, since they become file names.
     pub volumes: Vec<Volume>,
     /// At least one, in the order of the file. One codec may stand in several.
@@ -21,6 +23,8 @@ pub struct Experiment {
     pub pipeline: PipelineAxes,
     /// At least one; names as of volumes.
     pub scenes: Vec<Scene>,
+    /// What the reader of the configuration did that its author should know of, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// A volume and where it comes from.
@@ -139,6 +143,12 @@ pub struct Sweep {
 }
 
 impl Sweep {
+    /// How many [`Sweep::combinations`] there are, found without making one.
+    #[must_use]
+    pub fn count(sweeps: &[Self]) -> u128 {
+        sweeps.iter().fold(1, |count: u128, sweep| count.saturating_mul(sweep.values.len() as u128))
+    }
+
     /// Every combination of the values, the first sweep slowest; without sweeps one, of no settings.
     #[must_use]
     pub fn combinations(sweeps: &[Self]) -> Vec<Settings> {
@@ -179,7 +189,44 @@ pub struct NoScene {
     pub volume: String,
 }
 
+/// An experiment is larger than it may be.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the experiment has {cells} cells, and {allowed} are allowed: shorten a list, or give `max_cells` of `[experiment]` a \
+     larger number (`--set experiment.max_cells=N`)"
+)]
+pub struct TooManyCells {
+    /// Cells and refused combinations.
+    pub cells: u128,
+    /// [`Experiment::max_cells`].
+    pub allowed: u64,
+}
+
 impl Experiment {
+    /// Most cells unless the configuration says otherwise. A cell takes a second or more to run, and some kilobytes of
+    /// memory to list.
+    pub const MAX_CELLS: u64 = 100_000;
+
+    /// Cells and refused combinations together, found without making one.
+    #[must_use]
+    pub fn combinations(&self) -> u128 {
+        let PipelineAxes { renderers, sites, filters, skipping, stages } = &self.pipeline;
+        let axes = [renderers.len(), sites.len(), filters.len(), skipping.len(), stages.len()];
+        let settings = self.codecs.iter().map(|codec| Sweep::count(&codec.sweeps));
+        let settings = settings.fold(0, u128::saturating_add);
+        let scenes: u128 = self.volumes.iter().map(|v| self.scenes_of(&v.name).count() as u128).sum();
+        axes.into_iter().fold(scenes.saturating_mul(settings), |n, axis| n.saturating_mul(axis as u128))
+    }
+
+    /// Compares the number of cells with what is allowed, before any is made.
+    ///
+    /// # Errors
+    /// When there are more.
+    pub fn check_size(&self) -> Result<(), TooManyCells> {
+        let (cells, allowed) = (self.combinations(), self.max_cells);
+        if cells > u128::from(allowed) { Err(TooManyCells { cells, allowed }) } else { Ok(()) }
+    }
+
     /// The volume of this name.
     #[must_use]
     pub fn volume(&self, name: &str) -> Option<&Volume> {

@@ -23,7 +23,8 @@ mod tests;
 pub use cell::Cell;
 pub use colour::parse_colour;
 pub use config::{
-    ByteOrder, CodecSweep, Experiment, NoScene, PipelineAxes, RawLayout, Sweep, Volume, VolumeSource,
+    ByteOrder, CodecSweep, Experiment, NoScene, PipelineAxes, RawLayout, Sweep, TooManyCells, Volume,
+    VolumeSource,
 };
 pub use document::Document;
 pub use file_path::{FilePath, FilePathError, UnsetVariable};

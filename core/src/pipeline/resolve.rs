@@ -133,9 +133,15 @@ impl fmt::Display for Reason {
 #[must_use]
 pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabilities) -> Resolution {
     let mut resolution = Resolution::default();
-    let mut seen = HashSet::new();
-    let codecs: Vec<ResolvedCodec> =
+    let mut codecs: Vec<ResolvedCodec> =
         experiment.codecs.iter().flat_map(|sweep| settings_of(sweep, known)).collect();
+    // All other axes name nothing twice.
+    let mut seen = HashSet::new();
+    for codec in &mut codecs {
+        if !seen.insert(format!("{} {}", codec.id, codec.settings)) {
+            codec.problem = Some(Reason::Repeated);
+        }
+    }
     for volume in &experiment.volumes {
         for codec in &codecs {
             for scene in experiment.scenes_of(&volume.name) {
@@ -151,9 +157,9 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
                         skipping,
                         stages,
                     };
-                    let repeated = (!seen.insert(cell.id())).then_some(Reason::Repeated);
-                    let reason = repeated
-                        .or_else(|| codec.problem.clone())
+                    let reason = codec
+                        .problem
+                        .clone()
                         .or_else(|| renderer_problem(renderer, known))
                         .or_else(|| {
                             codec.codec.and_then(|c| unsupported(known.codecs, c.info(), site, filter))

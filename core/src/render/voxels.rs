@@ -2,6 +2,7 @@
 
 use super::RenderError;
 use crate::codec::{DecodeError, Decoder, decode_stages};
+use crate::memory::Held;
 use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region, VolumeLayout};
 
 /// Values at the corners of a cell; corner `i` takes x from bit 0, y from bit 1, z from bit 2 of `i`. A scalar
@@ -37,13 +38,18 @@ pub trait Voxels: Sync {
 pub struct DecodedFrame {
     layout: VolumeLayout,
     values: Vec<f32>,
+    _held: Held,
 }
 
 impl DecodedFrame {
     /// From values, x fastest, channels interleaved; `None` when their number does not fit.
     #[must_use]
     pub fn new(layout: VolumeLayout, values: Vec<f32>) -> Option<Self> {
-        (values.len() as u64 == layout.samples_per_frame()).then_some(Self { layout, values })
+        (values.len() as u64 == layout.samples_per_frame()).then(|| Self {
+            layout,
+            _held: Held::of(&values),
+            values,
+        })
     }
 
     /// Decodes a whole frame.
@@ -60,7 +66,7 @@ impl DecodedFrame {
     /// As [`Decoder::decode_brick`].
     pub fn decode_stages(decoder: &dyn Decoder, frame: FrameIndex, stages: u8) -> Result<Self, DecodeError> {
         let values = decode_stages(decoder, frame, stages, &NoReferences)?;
-        Ok(Self { layout: decoder.layout().clone(), values })
+        Ok(Self { layout: decoder.layout().clone(), _held: Held::of(&values), values })
     }
 
     /// The values, x fastest, channels interleaved.

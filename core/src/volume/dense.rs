@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::memory::Held;
+
 use super::{BrickSource, FrameIndex, Region, SampleType, SourceError, ValueRange, VolumeLayout};
 
 /// Samples in their own number type, x fastest, channels interleaved, frames one after the other.
@@ -98,6 +100,7 @@ impl Samples {
 pub struct DenseVolume {
     layout: VolumeLayout,
     samples: Samples,
+    _held: Held,
 }
 
 impl DenseVolume {
@@ -112,7 +115,7 @@ impl DenseVolume {
         if samples.len() as u64 != layout.samples() {
             return Err(format!("{} samples given, the layout needs {}", samples.len(), layout.samples()));
         }
-        Ok(Self { layout, samples })
+        Ok(Self { layout, _held: Held::of(samples.as_bytes()), samples })
     }
 
     /// The samples without the layout.
@@ -125,6 +128,14 @@ impl DenseVolume {
     #[must_use]
     pub const fn samples(&self) -> &Samples {
         &self.samples
+    }
+
+    /// The samples, where they are of single precision.
+    pub(super) fn single_mut(&mut self) -> Option<&mut [f32]> {
+        match &mut self.samples {
+            Samples::F32(values) => Some(values),
+            _ => None,
+        }
     }
 
     /// One frame as `f32`, x fastest, channels interleaved.

@@ -106,9 +106,11 @@ impl FiniteVolume {
                 flush(v)
             }
         };
-        let samples = Samples::F32(values.iter().map(|&v| replace(v)).collect());
-        let layout = volume.layout().clone();
-        let volume = DenseVolume::new(layout, samples).unwrap_or(volume);
+        // In place: a volume may fit into memory once and not twice.
+        let mut volume = volume;
+        if let Some(values) = volume.single_mut() {
+            values.iter_mut().for_each(|v| *v = replace(*v));
+        }
         Self { volume, range, replaced }
     }
 

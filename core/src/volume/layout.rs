@@ -40,6 +40,14 @@ pub enum LayoutError {
     /// No frames.
     #[error("a volume needs at least one frame")]
     NoFrames,
+    /// More voxels than this software counts.
+    #[error("{frames} frames of {extent}: more than 2^40 voxels")]
+    TooLarge {
+        /// Frames.
+        frames: u32,
+        /// Voxels of each.
+        extent: Extent,
+    },
 }
 
 impl VolumeLayout {
@@ -62,6 +70,10 @@ impl VolumeLayout {
         }
         if self.frames == 0 {
             return Err(LayoutError::NoFrames);
+        }
+        // No product of what a layout says then overflows 64 bits.
+        if u128::from(self.extent.voxels()) * u128::from(self.frames) > 1 << 40 {
+            return Err(LayoutError::TooLarge { frames: self.frames, extent: self.extent });
         }
         Ok(())
     }

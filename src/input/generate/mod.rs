@@ -110,6 +110,8 @@ pub fn generate_frames(
     let place = Place::Generator(kind);
     let shape = Shape { frames, ..Shape::scalar(extent.to_array()) };
     let StoredLayout { layout, .. } = StoredLayout::new(&place, shape, [1.0; 3], StoredType::from(sample))?;
+    cvr_core::memory::check(layout.bytes(), String::new)
+        .map_err(|_| InputError::Memory { place: place.clone(), bytes: layout.bytes() })?;
     let signal = |frame: u32| -> Box<dyn Signal> {
         match kind {
             Generator::SheppLogan => Box::new(shepp_logan::SheppLogan::new(extent)),

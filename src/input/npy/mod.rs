@@ -9,7 +9,7 @@
 
 mod write;
 
-pub use write::write_npy;
+pub use write::{write_npy, write_npy_from};
 
 use cvr_core::volume::StoredType;
 use ndarray_npy::npy::header::{Header, Layout};

@@ -1,10 +1,10 @@
 //! Writing NPY: C order, this machine's byte order.
 
-use std::io::Write as _;
+use std::io::Write;
 use std::path::Path;
 
 use cvr_core::file::write_whole;
-use cvr_core::volume::{BrickSource as _, DenseVolume, SampleType};
+use cvr_core::volume::{BrickSource as _, DenseVolume, SampleType, VolumeLayout};
 use ndarray_npy::npy::header::{Header, Layout};
 
 use super::super::{ByteOrder, InputError, Place};
@@ -17,7 +17,19 @@ use super::super::{ByteOrder, InputError, Place};
 /// # Errors
 /// When the folder is missing or cannot be written to.
 pub fn write_npy(path: &Path, volume: &DenseVolume) -> Result<(), InputError> {
-    let layout = volume.layout();
+    write_npy_from(path, volume.layout(), |out| out.write_all(volume.samples().as_bytes()))
+}
+
+/// The same of samples that need not be in memory at once: `samples` writes those of the layout, in this machine's byte
+/// order, x fastest, channels interleaved, frame after frame.
+///
+/// # Errors
+/// As [`write_npy`]; also when `samples` fails, and no file is there then.
+pub fn write_npy_from(
+    path: &Path,
+    layout: &VolumeLayout,
+    samples: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), InputError> {
     let place = Place::file(path);
     let order = match (layout.sample.bytes(), ByteOrder::NATIVE) {
         (1, _) => '|',
@@ -41,18 +53,17 @@ pub fn write_npy(path: &Path, volume: &DenseVolume) -> Result<(), InputError> {
         source: std::io::Error::other(e.to_string()),
     };
     let type_descriptor = format!("'{order}{name}'").parse().map_err(|e| invalid(&e))?;
-    let header = Header { type_descriptor, layout: Layout::Standard, shape: shape(volume) };
+    let header = Header { type_descriptor, layout: Layout::Standard, shape: shape(layout) };
     let header = header.to_bytes().map_err(|e| invalid(&e))?;
     write_whole(path, |out| {
         out.write_all(&header)?;
-        out.write_all(volume.samples().as_bytes())
+        samples(out)
     })
     .map_err(|source| InputError::Io { place, action: "write the file", source })
 }
 
 /// The shortest shape that is read as it was meant: a last axis of 4 or less may be channels, even if it is that of x.
-fn shape(volume: &DenseVolume) -> Vec<usize> {
-    let layout = volume.layout();
+fn shape(layout: &VolumeLayout) -> Vec<usize> {
     let [x, y, z] = layout.extent.to_array().map(|n| n as usize);
     let (channels, frames) = (layout.channels as usize, layout.frames as usize);
     match (frames, channels) {

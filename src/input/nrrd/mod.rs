@@ -6,7 +6,7 @@
 mod axes;
 mod write;
 
-pub use write::write_nrrd;
+pub use write::{write_nrrd, write_nrrd_from};
 
 use std::path::{Path, PathBuf};
 

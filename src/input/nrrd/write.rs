@@ -1,11 +1,11 @@
 //! Writing NRRD: attached header, raw encoding.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::Write;
 use std::path::Path;
 
 use cvr_core::file::write_whole;
-use cvr_core::volume::{BrickSource as _, DenseVolume, SampleType};
+use cvr_core::volume::{BrickSource as _, DenseVolume, SampleType, VolumeLayout};
 
 use super::super::{ByteOrder, InputError, Place};
 
@@ -17,7 +17,19 @@ use super::super::{ByteOrder, InputError, Place};
 /// # Errors
 /// When the folder is missing or cannot be written to.
 pub fn write_nrrd(path: &Path, volume: &DenseVolume) -> Result<(), InputError> {
-    let layout = volume.layout();
+    write_nrrd_from(path, volume.layout(), |out| out.write_all(volume.samples().as_bytes()))
+}
+
+/// The same of samples that need not be in memory at once: `samples` writes those of the layout, in this machine's byte
+/// order, x fastest, channels interleaved, frame after frame.
+///
+/// # Errors
+/// As [`write_nrrd`]; also when `samples` fails, and no file is there then.
+pub fn write_nrrd_from(
+    path: &Path,
+    layout: &VolumeLayout,
+    samples: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), InputError> {
     let place = Place::file(path);
     let type_name = match layout.sample {
         SampleType::U8 => "uint8",
@@ -61,7 +73,7 @@ pub fn write_nrrd(path: &Path, volume: &DenseVolume) -> Result<(), InputError> {
 
     write_whole(path, |out| {
         out.write_all(header.as_bytes())?;
-        out.write_all(volume.samples().as_bytes())
+        samples(out)
     })
     .map_err(|source| InputError::Io { place, action: "write the file", source })
 }

@@ -65,6 +65,8 @@ impl Stack {
         }
         slice.layout(place, self.depth.saturating_add(1), [1.0; 3])?;
         let bytes = slice.layout(place, 1, [1.0; 3])?.bytes();
+        cvr_core::memory::check(bytes, String::new)
+            .map_err(|_| InputError::Memory { place: place.clone(), bytes })?;
         usize::try_from(bytes).map_err(|_| InputError::Memory { place: place.clone(), bytes })
     }
 

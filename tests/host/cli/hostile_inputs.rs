@@ -26,7 +26,7 @@ fn zlib(bytes: &[u8]) -> Vec<u8> {
 /// `cvr info` with an address space of 1 GiB.
 fn info(folder: &Folder, arguments: &[&str]) -> Output {
     Command::new("sh")
-        .args(["-c", "ulimit -v 1048576; exec \"$0\" info \"$@\"", env!("CARGO_BIN_EXE_cvr")])
+        .args(["-c", "ulimit -v 1048576; exec \"$0\" info --max-gb 100 \"$@\"", env!("CARGO_BIN_EXE_cvr")])
         .args(arguments)
         .current_dir(folder.root())
         .env("RAYON_NUM_THREADS", "2")

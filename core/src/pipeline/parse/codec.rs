@@ -8,7 +8,11 @@ use super::{Known, settings};
 use crate::codec::CodecInfo;
 use crate::diagnostic::Diagnostic;
 
-pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<CodecSweep, Diagnostic> {
+pub(super) fn read(
+    node: &Node,
+    known: &Known<'_>,
+    notes: &mut Vec<String>,
+) -> Result<CodecSweep, Diagnostic> {
     let fields = Fields::open("the codec", node)?;
     let id_node = fields.require("id", "id = \"raw\"")?;
     let id = id_node.text()?;
@@ -18,11 +22,11 @@ pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<CodecSweep, Diagnos
     };
     let (info, owner) = (codec.info(), format!("codec `{id}`"));
     let written = fields.entries().iter().filter(|entry| entry.key != "id");
-    let sweep = |entry: &Entry| match info.setting(&entry.key) {
-        Some(setting) => settings::sweep(entry, setting, &owner),
+    let mut sweep = |entry: &Entry| match info.setting(&entry.key) {
+        Some(setting) => settings::sweep(entry, setting, &owner, notes),
         None => Err(unknown_setting(entry, info)),
     };
-    let sweeps = written.map(sweep).collect::<Result<_, _>>()?;
+    let sweeps = written.map(&mut sweep).collect::<Result<_, _>>()?;
     Ok(CodecSweep { id: id.to_owned(), sweeps })
 }
 

@@ -15,7 +15,7 @@ use std::fmt;
 
 use super::document::{Document, Node, Value};
 use super::read::{Fields, unknown};
-use super::{Experiment, FilePath, Scene, Volume};
+use super::{Experiment, FilePath, Scene, TooManyCells, Volume};
 use crate::codec::Registry;
 use crate::diagnostic::Diagnostic;
 use crate::render::RendererInfo;
@@ -60,6 +60,10 @@ const PIPELINE_EXAMPLE: &str = "renderer = \"raycasting\"\nsite = \"inline\"\nfi
 const SCENE_EXAMPLE: &str =
     "name = \"front\"\ntransfer_function = [[0, \"#00000000\"], [255, \"#ffffffff\"]]";
 
+/// The way out of too many cells.
+const FEWER_CELLS: &str = "shorten a list, or write a larger number as `max_cells` of `[experiment]`; in place of it, \
+                           `--set experiment.max_cells=N`";
+
 const SECTIONS: &[&str] = &["experiment", "volume", "codec", "pipeline", "scene"];
 
 impl Document {
@@ -77,17 +81,25 @@ impl Document {
         }
         let experiment = problems.keep(
             section(&root, "experiment", "name = \"compare\"")
-                .and_then(|node| Fields::of("the experiment", node, &["name", "seed"]))
+                .and_then(|node| Fields::of("the experiment", node, &["name", "seed", "max_cells"]))
                 .and_then(|fields| {
                     let name = name_of(&fields, "name = \"compare\"")?;
                     let seed = fields.optional("seed", |n| n.integer(0, i64::MAX, "an integer from 0"))?;
-                    Ok((name, seed.unwrap_or(0).unsigned_abs()))
+                    let max_cells =
+                        fields.optional("max_cells", |n| n.integer(1, i64::MAX, "an integer from 1"))?;
+                    let max_cells = max_cells.map_or(Experiment::MAX_CELLS, i64::unsigned_abs);
+                    Ok((name, seed.unwrap_or(0).unsigned_abs(), max_cells))
                 }),
         );
+        let max_cells = experiment.as_ref().map_or(Experiment::MAX_CELLS, |(.., max_cells)| *max_cells);
+        let mut notes = Vec::new();
         let volumes = problems.tables(&root, "volume", VOLUME_EXAMPLE, |node| volume::read(node, known));
-        let codecs = problems.tables(&root, "codec", "id = \"raw\"", |node| codec::read(node, known));
-        let pipeline = problems
-            .keep(section(&root, "pipeline", PIPELINE_EXAMPLE).and_then(|node| pipeline::read(node, known)));
+        let codecs =
+            problems.tables(&root, "codec", "id = \"raw\"", |node| codec::read(node, known, &mut notes));
+        let pipeline = problems.keep(
+            section(&root, "pipeline", PIPELINE_EXAMPLE)
+                .and_then(|node| pipeline::read(node, known, max_cells, &mut notes)),
+        );
         let scenes = problems.tables(&root, "scene", SCENE_EXAMPLE, scene::read);
 
         problems.distinct_names("volume", volumes.iter().map(|(node, v)| (*node, v.name.as_str())));
@@ -98,13 +110,32 @@ impl Document {
         }
         let codecs = values(codecs);
         match (experiment, pipeline) {
-            (Some((name, seed)), Some(pipeline)) if problems.0.is_empty() => {
+            (Some((name, seed, max_cells)), Some(pipeline)) if problems.0.is_empty() => {
                 let (volumes, scenes) = (values(volumes), values(scenes));
-                Ok(Experiment { name, seed, volumes, codecs, pipeline, scenes })
+                let experiment =
+                    Experiment { name, seed, max_cells, volumes, codecs, pipeline, scenes, notes };
+                experiment.check_size().map_err(|e| InvalidExperiment(vec![too_many(&root, &e)]))?;
+                Ok(experiment)
             }
             _ => Err(InvalidExperiment(problems.0)),
         }
     }
+}
+
+/// The error for more cells than are allowed, at the limit where one is written.
+fn too_many(root: &Fields<'_>, problem: &TooManyCells) -> Diagnostic {
+    let TooManyCells { cells, allowed } = problem;
+    let message = format!("the experiment has {cells} cells, and {allowed} are allowed");
+    let section = root.get("experiment");
+    let fields = section.and_then(|node| Fields::open("the experiment", node).ok());
+    let error = match (fields.and_then(|f| f.get("max_cells")), section) {
+        (Some(limit), _) => limit.error(message, "as this says"),
+        (None, Some(section)) => section.error(message, "has no `max_cells` of its own"),
+        (None, None) => root.error(message, "in this file"),
+    };
+    error
+        .with_note("they are volumes × settings of codecs × scenes × renderers × sites × filters × skipping × stages")
+        .with_note(FEWER_CELLS)
 }
 
 fn values<T>(tables: Vec<(&Node, T)>) -> Vec<T> {
@@ -163,7 +194,7 @@ impl Problems {
         root: &Fields<'a>,
         name: &str,
         example: &str,
-        read: impl Fn(&'a Node) -> Result<T, Diagnostic>,
+        mut read: impl FnMut(&'a Node) -> Result<T, Diagnostic>,
     ) -> Vec<(&'a Node, T)> {
         let header = format!("[[{name}]]");
         let nodes = root.get(name).ok_or_else(|| missing_section(root, &header, example));

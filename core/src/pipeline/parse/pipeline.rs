@@ -1,5 +1,7 @@
 //! `[pipeline]`: axes that every renderer has, and settings of the renderers that are named.
 
+use std::collections::HashSet;
+
 use super::super::config::{PipelineAxes, Sweep};
 use super::super::document::{Entry, Node, Value};
 use super::super::read::Fields;
@@ -17,7 +19,13 @@ pub(in super::super) const ALL_STAGES: &str = "all";
 pub(in super::super) const MOST_STAGES: i64 = 254;
 const STAGES: &str = "an integer from 1 to 254, or \"all\"";
 
-pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<PipelineAxes, Diagnostic> {
+/// `max_cells` bounds what settings of a renderer are multiplied out to.
+pub(super) fn read(
+    node: &Node,
+    known: &Known<'_>,
+    max_cells: u64,
+    notes: &mut Vec<String>,
+) -> Result<PipelineAxes, Diagnostic> {
     let fields = Fields::open("the pipeline", node)?;
     let named = match fields.get("renderer") {
         Some(node) => named(node, known)?,
@@ -27,9 +35,10 @@ pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<PipelineAxes, Diagn
     check_keys(&fields, &named, known)?;
     fields.require("renderer", "renderer = [\"raycasting\"]")?;
     let mut renderers = Vec::new();
+    let mut seen = HashSet::new();
     for info in named {
-        for label in labels(&fields, info)? {
-            if !renderers.contains(&label) {
+        for label in labels(&fields, info, max_cells, notes)? {
+            if seen.insert(label.clone()) {
                 renderers.push(label);
             }
         }
@@ -96,11 +105,22 @@ fn setting_of<'a>(info: &'a RendererInfo, entry: &Entry) -> Option<&'a Setting> 
 }
 
 /// The labels of a renderer under all values of those of its settings that are written.
-fn labels(fields: &Fields<'_>, info: &RendererInfo) -> Result<Vec<String>, Diagnostic> {
+fn labels(
+    fields: &Fields<'_>,
+    info: &RendererInfo,
+    max_cells: u64,
+    notes: &mut Vec<String>,
+) -> Result<Vec<String>, Diagnostic> {
     let owner = format!("renderer `{}`", info.id);
     let written = fields.entries().iter().filter_map(|entry| Some((entry, setting_of(info, entry)?)));
-    let sweeps = written.map(|(entry, setting)| settings::sweep(entry, setting, &owner));
+    let sweeps = written.map(|(entry, setting)| settings::sweep(entry, setting, &owner, notes));
     let sweeps: Vec<Sweep> = sweeps.collect::<Result<_, _>>()?;
+    let cells = Sweep::count(&sweeps);
+    if cells > u128::from(max_cells) {
+        let message =
+            format!("the settings of {owner} alone make {cells} cells, and {max_cells} are allowed");
+        return Err(fields.error(message, "in this table").with_note(super::FEWER_CELLS));
+    }
     let label = |settings| info.label(&settings).map_err(|e| fields.error(e.to_string(), "in this table"));
     Sweep::combinations(&sweeps).into_iter().map(label).collect()
 }

@@ -1,12 +1,20 @@
 //! Settings of codecs and renderers, held to the schemas that these bring.
 
+use std::collections::HashSet;
+
 use super::super::config::Sweep;
 use super::super::document::{Entry, Node, Value};
 use crate::codec::{Setting, SettingValue};
 use crate::diagnostic::Diagnostic;
 
-/// One value, or a list of values to try, of a setting; errors call `owner` whose it is ("codec `s3dc`").
-pub(super) fn sweep(entry: &Entry, setting: &Setting, owner: &str) -> Result<Sweep, Diagnostic> {
+/// One value, or a list of values to try, of a setting; errors call `owner` whose it is ("codec `s3dc`"). Equal values
+/// count once, which a note says.
+pub(super) fn sweep(
+    entry: &Entry,
+    setting: &Setting,
+    owner: &str,
+    notes: &mut Vec<String>,
+) -> Result<Sweep, Diagnostic> {
     let nodes = match &entry.node.value {
         Value::List(items) if items.is_empty() => {
             let message = format!("`{}` lists no value to try", entry.key);
@@ -18,7 +26,26 @@ pub(super) fn sweep(entry: &Entry, setting: &Setting, owner: &str) -> Result<Swe
         Value::List(items) => items.as_slice(),
         _ => std::slice::from_ref(&entry.node),
     };
-    let values = nodes.iter().map(|node| value(node, setting, owner)).collect::<Result<_, _>>()?;
+    let mut values = Vec::new();
+    let mut seen = HashSet::new();
+    let mut again: Vec<String> = Vec::new();
+    for node in nodes {
+        let value = value(node, setting, owner)?;
+        // Canonical values of one setting are equal where their texts are.
+        if seen.insert(value.to_string()) {
+            values.push(value);
+        } else {
+            again.push(value.to_string());
+        }
+    }
+    if let Some(first) = again.first() {
+        let (place, others) = (entry.place.line(), again.len() - 1);
+        let others = if others == 0 { String::new() } else { format!(" and {others} more") };
+        notes.push(format!(
+            "{place}: `{}` of {owner} lists `{first}`{others} again; equal values count once",
+            entry.key
+        ));
+    }
     Ok(Sweep { name: entry.key.clone(), values })
 }
 

@@ -1,5 +1,6 @@
 //! The configuration as a whole, `[experiment]` and `[pipeline]`.
 
+use super::super::Experiment;
 use super::super::parse::{ALL_STAGES, MOST_STAGES};
 use super::shape::{Key, Relation, Shape, Table};
 use super::{Known, codecs, scene, volume, words};
@@ -36,6 +37,12 @@ fn experiment() -> Table {
     let keys = vec![
         Key::required("name", Shape::Name, "Name of the experiment, of its report and of its folder"),
         Key::with_default("seed", seed, "0", "Seed of everything that is drawn by chance"),
+        Key::with_default(
+            "max_cells",
+            Shape::Integer { min: 1, max: i64::MAX },
+            Experiment::MAX_CELLS.to_string(),
+            "Most cells, refused combinations included; an experiment of more is refused before it is multiplied out",
+        ),
     ];
     Table::new("Name and seed of the experiment.", keys)
 }

@@ -24,7 +24,8 @@ must be there or must differ, orders of control points, boxes and directions tha
 what codecs refuse in their own words are told by `cvr check-config` alone; and `1.0`, where an integer is wanted, is
 one to a schema and none to the program.
 
-In the column *value*, *one or a list* is an axis: of a list, each member is tried.
+In the column *value*, *one or a list* is an axis: of a list, each member is tried, equal settings of a codec or renderer
+once. Axes multiply; a product of more cells than `max_cells` is refused before it is made.
 ";
 
 const EXAMPLE: &str = include_str!("../../../../docs/example.toml");

@@ -10,7 +10,8 @@ use super::{json_schema, markdown};
 use crate::diagnostic::Diagnostic;
 
 /// What no schema can say: errors of the parser in which these words stand.
-const BEYOND: [&str; 10] = [
+const BEYOND: [&str; 11] = [
+    " are allowed",
     "a range of frames runs forwards",
     "control points are out of order",
     "all control points lie at one value",

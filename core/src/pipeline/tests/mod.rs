@@ -9,6 +9,7 @@ mod refused_pictures;
 mod refused_stages;
 mod refused_structure;
 mod resolving;
+mod sizes;
 
 use std::sync::Arc;
 

@@ -56,7 +56,7 @@ fn unknown_keys() {
       │ ^^^ unknown key
       │
       = did you mean `seed`?
-      = known keys: name, seed
+      = known keys: name, seed, max_cells
 
     error: the scene has no key `stepvoxels`
        ┌─ x.toml:26:1

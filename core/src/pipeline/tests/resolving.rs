@@ -99,8 +99,6 @@ fn every_refusal_has_its_reason() {
     bonsai-tape-front-raycasting-inline-optimised-linear: codec tape cannot be decoded at site inline; it offers: host
     bonsai-tape-front-raycasting-host-optimised-linear: filter optimised-linear: site host filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
     bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-optimised-linear: filter optimised-linear: site host filters decoded texels and never calls the codec's fetch_cell; use filter linear, or site inline
-    bonsai-s3dc-block=4,index_bits=4-front-raycasting-inline-optimised-linear: the same settings stand earlier in the configuration, written in another way
-    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-optimised-linear: the same settings stand earlier in the configuration, written in another way
     "#);
     let set = ["codec.s3dc.block=128", "codec.s3dc.index_bits=1", "pipeline.filter=linear"];
     let capabilities =
