@@ -1,6 +1,5 @@
 //! Writing NPY: C order, this machine's byte order.
 
-use std::io::Write as _;
 use std::path::Path;
 
 use cvr_core::file::write_whole;

@@ -1,7 +1,6 @@
 //! Writing NRRD: attached header, raw encoding.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
 use cvr_core::file::write_whole;
