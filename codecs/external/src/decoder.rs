@@ -9,6 +9,7 @@ use cvr_core::volume::{BrickKey, FrameIndex, ReferenceFrames, SampleType, Volume
 use serde::{Deserialize, Serialize};
 
 use crate::command::{Command, Field};
+use crate::output::{self, OutputError};
 use crate::samples::values;
 use crate::trust::Trust;
 use crate::{INFO, STREAMS};
@@ -93,25 +94,25 @@ impl ExternalDecoder {
         let field = Field { extent: self.layout.extent, sample: self.sample };
         let failed = |problem: String| DecodeError::Failed(problem);
         let folder = tempfile::tempdir().map_err(|e| failed(format!("no temporary folder: {e}")))?;
-        let [input, output] = ["compressed", "samples"].map(|name| folder.path().join(name));
+        let [input, written] = ["compressed", "samples"].map(|name| folder.path().join(name));
         let mut frame_values = vec![0.0; self.layout.samples_per_frame() as usize];
         for channel in 0..channels {
             let file = frame.0 as usize * channels + channel;
             let stream = &self.streams.bytes()[self.starts[file]..self.starts[file + 1]];
-            std::fs::write(&input, stream).map_err(|e| failed(format!("{}: {e}", input.display())))?;
-            _ = std::fs::remove_file(&output);
-            let run = self.command.run(field, [&input, &output], folder.path(), || Ok(()));
+            output::write(&input, stream).map_err(|e| failed(format!("{}: {e}", input.display())))?;
+            _ = std::fs::remove_file(&written);
+            let run = self.command.run(field, [&input, &written], folder.path(), || Ok(()));
             run.map_err(|e| failed(e.to_string()))?;
-            let bytes = std::fs::read(&output).unwrap_or_default();
             let expected = self.layout.extent.voxels() * self.sample.bytes() as u64;
-            if bytes.len() as u64 != expected {
+            let bytes = output::read(&written, expected..=expected).map_err(|e| {
                 let (text, sample) = (self.command.text(), self.sample);
-                return Err(failed(format!(
-                    "`{text}` wrote {} bytes to {{out}}; {} voxels of {sample} are {expected}",
-                    bytes.len(),
-                    self.layout.extent
-                )));
-            }
+                failed(match e {
+                    OutputError::Size(_) | OutputError::Missing => {
+                        format!("`{text}` {e}; {} voxels of {sample} are {expected}", self.layout.extent)
+                    }
+                    other => format!("`{text}` {other}"),
+                })
+            })?;
             let decoded = values(&bytes, self.sample).unwrap_or_default();
             if let Some(value) = decoded.iter().find(|v| !v.is_finite()) {
                 return Err(failed(format!("`{}` wrote a sample of {value}", self.command.text())));
