@@ -2,6 +2,7 @@
 
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write as _};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::exit::BAD_INPUT;
 
@@ -10,8 +11,20 @@ macro_rules! say {
     ($($argument:tt)*) => { $crate::say::line(format_args!($($argument)*)) };
 }
 
+/// Whether standard output is the file that a command writes.
+static TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// From now on lines go to standard error: standard output is the file that a command writes.
+pub fn on_standard_error() {
+    TAKEN.store(true, Ordering::Relaxed);
+}
+
 /// Prints a line. A reader that has gone is no error; a disk that is full ends the process.
 pub fn line(text: Arguments<'_>) {
+    if TAKEN.load(Ordering::Relaxed) {
+        eprintln!("{text}");
+        return;
+    }
     match writeln!(std::io::stdout(), "{text}") {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             eprintln!("error: standard output: {error}");

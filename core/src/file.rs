@@ -1,28 +1,149 @@
 //! Files that are whole or not there.
+//!
+//! Every file that this software leaves behind is written here: through a temporary file beside it that is flushed,
+//! synced and renamed into place once nothing has failed. A symbolic link stays, and what it names is written. What exists
+//! and is no regular file (a device node, a FIFO, standard output by its name) is written to as it is.
 
-use std::fs::File;
-use std::io;
-use std::path::Path;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
 
-/// Writes a file through a temporary one in the same folder, which is synced and renamed into place only when
+use tempfile::TempDir;
+
+/// What names of temporary files and folders begin with, before six letters and digits.
+const TEMPORARY: &str = ".cvr-";
+/// What they end with.
+const PART: &str = ".part";
+/// Letters and digits between the two.
+const RANDOM: usize = 6;
+/// Links that may follow each other, as many as Linux follows.
+const LINKS: usize = 40;
+
+/// Where the bytes of an output go.
+#[derive(Debug)]
+enum Destination {
+    /// Into a regular file of this name, which is replaced as a whole, or made.
+    Replaced(PathBuf),
+    /// Into what is there: a device node, a FIFO.
+    Straight(PathBuf),
+    /// Into a regular file that no path names any more.
+    Nameless(PathBuf),
+    /// To standard output, by another name.
+    Stdout(File),
+}
+
+/// Writes a file through a temporary one in the same folder, which is flushed, synced and renamed into place only when
 /// `write` has succeeded; a file that stood there before is replaced then. The new file has the rights that the
 /// user's umask gives to any new file.
 ///
+/// A symbolic link is followed: what it names is replaced. What is no regular file is written to straight, and holds
+/// what could be written where that fails.
+///
 /// # Errors
-/// When the folder is missing, or writing fails; nothing is left behind then.
+/// When the folder is missing, the path is that of a folder, or writing fails; no regular file is left behind or changed
+/// then.
 pub fn write_whole<E: From<io::Error>>(
     path: &Path,
-    write: impl FnOnce(&mut File) -> Result<(), E>,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), E>,
 ) -> Result<(), E> {
-    let mut builder = tempfile::Builder::new();
-    // A temporary file is its owner's alone unless told otherwise.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder_of(path))?;
-    write(file.as_file_mut())?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    Ok(())
+    match destination(path)? {
+        Destination::Replaced(path) => {
+            let mut builder = temporary();
+            // A temporary file is its owner's alone unless told otherwise.
+            #[cfg(unix)]
+            builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+            let mut file = builder.tempfile_in(folder_of(&path))?;
+            checked(file.as_file_mut(), write)?;
+            file.as_file().sync_all()?;
+            file.persist(path).map_err(|e| e.error)?;
+            Ok(())
+        }
+        Destination::Straight(path) => checked(&mut OpenOptions::new().write(true).open(path)?, write),
+        Destination::Nameless(path) => {
+            checked(&mut OpenOptions::new().write(true).truncate(true).open(path)?, write)
+        }
+        Destination::Stdout(mut file) => checked(&mut file, write),
+    }
+}
+
+/// Writes through a buffer, whose last bytes are not lost in silence.
+fn checked<E: From<io::Error>>(
+    file: &mut File,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), E>,
+) -> Result<(), E> {
+    let mut buffered = BufWriter::new(file);
+    write(&mut buffered)?;
+    Ok(buffered.flush()?)
+}
+
+/// Opens nothing: to open a FIFO is to wait for its reader, who takes its closing for the end.
+fn destination(path: &Path) -> io::Result<Destination> {
+    let found = match std::fs::metadata(path) {
+        Ok(found) => found,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Destination::Replaced(followed(path)?)),
+        Err(e) => return Err(e),
+    };
+    if found.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder"));
+    }
+    if let Some(file) = standard_output(&found) {
+        return Ok(Destination::Stdout(file));
+    }
+    if !found.is_file() {
+        return Ok(Destination::Straight(path.to_owned()));
+    }
+    let target = followed(path)?;
+    // A link of /proc to a file that has lost its name names no other.
+    if std::fs::metadata(&target).is_ok_and(|named| is_same(&named, &found)) {
+        return Ok(Destination::Replaced(target));
+    }
+    Ok(Destination::Nameless(path.to_owned()))
+}
+
+/// The path behind symbolic links, which need not exist.
+fn followed(path: &Path) -> io::Result<PathBuf> {
+    let mut path = path.to_owned();
+    for _ in 0..LINKS {
+        if !std::fs::symlink_metadata(&path).is_ok_and(|m| m.is_symlink()) {
+            return Ok(path);
+        }
+        path = folder_of(&path).join(std::fs::read_link(&path)?);
+    }
+    Err(io::Error::other("symbolic links that lead in a circle"))
+}
+
+/// Whether an output is what this process's standard output goes to, by whatever name; terminals and the like are not.
+#[must_use]
+pub fn is_standard_output(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|found| standard_output(&found).is_some())
+}
+
+/// Standard output itself, if that is what was found: opened anew, a regular file would be written from its beginning.
+#[cfg(unix)]
+fn standard_output(found: &std::fs::Metadata) -> Option<File> {
+    use std::os::fd::AsFd as _;
+    use std::os::unix::fs::FileTypeExt as _;
+    if found.file_type().is_char_device() || found.file_type().is_block_device() {
+        return None;
+    }
+    let own = File::from(io::stdout().as_fd().try_clone_to_owned().ok()?);
+    own.metadata().is_ok_and(|own| is_same(&own, found)).then_some(own)
+}
+
+#[cfg(not(unix))]
+fn standard_output(_: &std::fs::Metadata) -> Option<File> {
+    None
+}
+
+#[cfg(unix)]
+fn is_same(a: &std::fs::Metadata, b: &std::fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+#[cfg(not(unix))]
+fn is_same(_: &std::fs::Metadata, _: &std::fs::Metadata) -> bool {
+    true
 }
 
 /// The folder that a file stands in.
@@ -31,23 +152,37 @@ pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))
 }
 
-#[cfg(test)]
-mod tests {
-    use std::io::Write as _;
-
-    use super::*;
-
-    #[test]
-    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a");
-        write_whole(&path, |f| f.write_all(b"old")).unwrap();
-        let failed = write_whole(&path, |f| {
-            f.write_all(b"half")?;
-            Err(io::Error::other("no more"))
-        });
-        assert!(failed.is_err());
-        assert_eq!(std::fs::read(&path).unwrap(), b"old");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-    }
+/// Where an output's temporary files belong: beside the file that it replaces, or where the system has them.
+///
+/// # Errors
+/// When [`write_whole`] could not begin either.
+pub fn scratch_folder(path: &Path) -> io::Result<PathBuf> {
+    Ok(match destination(path)? {
+        Destination::Replaced(path) => folder_of(&path).to_owned(),
+        _ => std::env::temp_dir(),
+    })
 }
+
+/// A folder below another that goes with its owner; one that a killed process leaves is known by its name.
+///
+/// # Errors
+/// When it cannot be made.
+pub fn temporary_folder(below: &Path) -> io::Result<TempDir> {
+    temporary().tempdir_in(below)
+}
+
+fn temporary() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMPORARY).suffix(PART).rand_bytes(RANDOM);
+    builder
+}
+
+/// Whether a file or folder bears a name that only this software's temporary ones have.
+#[must_use]
+pub fn is_temporary(name: &str) -> bool {
+    let random = name.strip_prefix(TEMPORARY).and_then(|rest| rest.strip_suffix(PART));
+    random.is_some_and(|random| random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric()))
+}
+
+#[cfg(test)]
+mod tests;

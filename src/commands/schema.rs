@@ -1,6 +1,5 @@
 //! `cvr schema`
 
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 

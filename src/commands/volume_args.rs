@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use cvr_core::file::is_standard_output;
 use cvr_core::pipeline::{ByteOrder, FilePath, RawLayout, Volume, VolumeSource};
 use cvr_core::volume::{Extent, StoredType};
 
@@ -135,6 +136,9 @@ pub fn is_container(path: &Path) -> bool {
 pub fn check_output(path: &Path, input: &Path) -> Result<(), BadInput> {
     if path.canonicalize().is_ok_and(|path| input.canonicalize().is_ok_and(|input| input == path)) {
         return Err(BadInput(format!("{} is the input: write to another file", path.display())));
+    }
+    if is_standard_output(path) {
+        crate::say::on_standard_error();
     }
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() && !parent.is_dir() => {

@@ -136,7 +136,10 @@ impl Command {
         let shown = shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| self.text.clone());
         let messages = folder.join("messages");
         let file = |e| RunError::File(messages.display().to_string(), e);
-        let said = File::create(&messages).map_err(file)?;
+        // The one before may have left anything under this name.
+        _ = std::fs::remove_file(&messages);
+        let said = File::options().read(true).write(true).create_new(true).open(&messages).map_err(file)?;
+        let kept = said.try_clone().map_err(file)?;
         let mut process = std::process::Command::new(&words[0]);
         process.args(&words[1..]).stdin(Stdio::null()).stdout(said.try_clone().map_err(file)?).stderr(said);
         #[cfg(unix)]
@@ -145,7 +148,7 @@ impl Command {
         let mut child = Running(process.spawn().map_err(|e| RunError::Start(shown.clone(), e))?);
         loop {
             if let Some(status) = child.0.try_wait().map_err(|e| RunError::Start(shown.clone(), e))? {
-                let said = if status.success() { String::new() } else { last_words(&messages) };
+                let said = if status.success() { String::new() } else { last_words(kept) };
                 return if status.success() {
                     Ok(())
                 } else {
@@ -226,10 +229,9 @@ fn placeholders(word: &str) -> impl Iterator<Item = &str> {
 }
 
 /// The end of what a command has said, as one line.
-fn last_words(path: &Path) -> String {
+fn last_words(mut file: File) -> String {
     let read = || -> std::io::Result<String> {
         use std::io::{Seek, SeekFrom};
-        let mut file = File::open(path)?;
         let length = file.metadata()?.len();
         file.seek(SeekFrom::Start(length.saturating_sub(QUOTED)))?;
         let mut bytes = Vec::new();

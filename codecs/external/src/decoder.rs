@@ -10,6 +10,7 @@ use cvr_core::volume::{BrickKey, FrameIndex, ReferenceFrames, SampleType, Volume
 use serde::{Deserialize, Serialize};
 
 use crate::command::{Command, Field};
+use crate::output::{self, OutputError};
 use crate::samples::read_values;
 use crate::trust::Trust;
 use crate::{INFO, STREAMS};
@@ -103,29 +104,30 @@ impl ExternalDecoder {
         let field = Field { extent: self.layout.extent, sample: self.sample };
         let failed = |problem: String| DecodeError::Failed(problem);
         let folder = tempfile::tempdir().map_err(|e| failed(format!("no temporary folder: {e}")))?;
-        let [input, output] = ["compressed", "samples"].map(|name| folder.path().join(name));
+        let [input, written] = ["compressed", "samples"].map(|name| folder.path().join(name));
         let what = || format!("a frame of {} voxels that a command decodes", self.layout.extent);
         let mut frame_values: Vec<f32> = memory::zeroed(self.layout.samples_per_frame(), what)?;
         let held = Held::of(&frame_values);
         for channel in 0..channels {
             let file = frame.0 as usize * channels + channel;
             let stream = &self.streams.bytes()[self.starts[file]..self.starts[file + 1]];
-            std::fs::write(&input, stream).map_err(|e| failed(format!("{}: {e}", input.display())))?;
-            _ = std::fs::remove_file(&output);
-            let run = self.command.run(field, [&input, &output], folder.path(), || Ok(()));
+            output::write(&input, stream).map_err(|e| failed(format!("{}: {e}", input.display())))?;
+            _ = std::fs::remove_file(&written);
+            let run = self.command.run(field, [&input, &written], folder.path(), || Ok(()));
             run.map_err(|e| failed(e.to_string()))?;
-            let written = std::fs::metadata(&output).map_or(0, |file| file.len());
             let expected = self.layout.extent.voxels() * self.sample.bytes() as u64;
-            if written != expected {
-                let (text, sample) = (self.command.text(), self.sample);
-                return Err(failed(format!(
-                    "`{text}` wrote {written} bytes to {{out}}; {} voxels of {sample} are {expected}",
-                    self.layout.extent
-                )));
-            }
             let to = frame_values.iter_mut().skip(channel).step_by(channels);
-            read_values(&output, self.sample, to)
-                .map_err(|e| failed(format!("{}: {e}", output.display())))?;
+            let read = output::open(&written, expected..=expected)
+                .and_then(|(file, _)| Ok(read_values(file, self.sample, to)?));
+            read.map_err(|e| {
+                let (text, sample) = (self.command.text(), self.sample);
+                failed(match e {
+                    OutputError::Size(_) | OutputError::Missing => {
+                        format!("`{text}` {e}; {} voxels of {sample} are {expected}", self.layout.extent)
+                    }
+                    other => format!("`{text}` {other}"),
+                })
+            })?;
             let mut of_channel = frame_values.iter().skip(channel).step_by(channels);
             if let Some(value) = of_channel.find(|v| !v.is_finite()) {
                 return Err(failed(format!("`{}` wrote a sample of {value}", self.command.text())));

@@ -9,8 +9,14 @@ use cvr_core::volume::{BrickSource, FrameIndex, Region, SampleType, VolumeLayout
 use crate::STREAMS;
 use crate::command::{Command, Field, RunError};
 use crate::decoder::Parameters;
+use crate::output::{self, OutputError};
 use crate::samples::bytes;
 use crate::trust::Trust;
+
+/// Bytes for each sample beyond which a compressed file is taken for a mistake, and not read.
+const SAMPLE_BYTES: u64 = 8;
+/// Bytes beside the samples.
+const HEADER_BYTES: u64 = 1 << 20;
 
 /// Encodes by a command.
 #[derive(Debug)]
@@ -40,27 +46,36 @@ impl Encoder for ExternalEncoder {
         let sample = self.sample.unwrap_or(layout.sample);
         let field = Field { extent: layout.extent, sample };
         let folder = tempfile::tempdir().map_err(|e| external(format!("no temporary folder: {e}")))?;
-        let [input, output] = ["samples", "compressed"].map(|name| folder.path().join(name));
+        let [input, written] = ["samples", "compressed"].map(|name| folder.path().join(name));
         let channels = layout.channels as usize;
         let mut values = vec![0.0; layout.samples_per_frame() as usize];
+        let longest = layout.extent.voxels().saturating_mul(SAMPLE_BYTES).saturating_add(HEADER_BYTES);
         let mut lengths = Vec::new();
         for frame in (0..layout.frames).map(FrameIndex) {
             source.read(frame, Region::whole(layout.extent), &mut values)?;
             for channel in 0..channels {
                 let samples = values.iter().skip(channel).step_by(channels).copied();
-                std::fs::write(&input, bytes(samples, sample))
+                output::write(&input, &bytes(samples, sample))
                     .map_err(|e| external(format!("{}: {e}", input.display())))?;
                 // A command that writes nothing must not pass with what the one before has written.
-                _ = std::fs::remove_file(&output);
-                self.encode.run(field, [&input, &output], folder.path(), || run.advance(0)).map_err(|e| {
-                    match e {
+                _ = std::fs::remove_file(&written);
+                self.encode.run(field, [&input, &written], folder.path(), || run.advance(0)).map_err(
+                    |e| match e {
                         RunError::Cancelled => EncodeError::Cancelled,
                         other => external(other.to_string()),
-                    }
+                    },
+                )?;
+                let said =
+                    |problem: &dyn std::fmt::Display| external(format!("`{}` {problem}", self.encode.text()));
+                let stream = output::read(&written, 0..=longest).map_err(|e| match e {
+                    OutputError::Size(_) => said(&format!(
+                        "{e}; a compressed file of {} voxels has {longest} at most",
+                        layout.extent
+                    )),
+                    other => said(&other),
                 })?;
-                let stream = std::fs::read(&output).unwrap_or_default();
                 if stream.is_empty() {
-                    return Err(external(format!("`{}` wrote nothing to {{out}}", self.encode.text())));
+                    return Err(said(&OutputError::Missing));
                 }
                 out.append(STREAMS, Element::U8, &stream)?;
                 lengths.push(stream.len() as u64);

@@ -6,6 +6,7 @@
 mod command;
 mod decoder;
 mod encode;
+mod output;
 mod samples;
 mod trust;
 

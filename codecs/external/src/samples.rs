@@ -1,8 +1,6 @@
 //! Samples as they lie in files: little-endian, x fastest.
 
-use std::fs::File;
-use std::io::{ErrorKind, Read as _};
-use std::path::Path;
+use std::io::{ErrorKind, Read};
 
 use cvr_core::volume::{SampleType, Samples};
 
@@ -22,11 +20,10 @@ const CHUNK_BYTES: usize = 1 << 20;
 /// Reads the first samples of a file, as many as `to` has places. A file may be as large as the frame itself, so that no
 /// more than a chunk of it is in memory.
 pub fn read_values<'a>(
-    path: &Path,
+    mut file: impl Read,
     sample: SampleType,
     mut to: impl ExactSizeIterator<Item = &'a mut f32>,
 ) -> std::io::Result<()> {
-    let mut file = File::open(path)?;
     let mut chunk = vec![0; CHUNK_BYTES];
     while to.len() > 0 {
         let bytes = &mut chunk[..CHUNK_BYTES.min(to.len() * sample.bytes())];
@@ -41,6 +38,8 @@ pub fn read_values<'a>(
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
+
     use super::*;
 
     #[test]
@@ -55,13 +54,13 @@ mod tests {
             let file = tempfile::NamedTempFile::new().unwrap();
             std::fs::write(file.path(), &written).unwrap();
             let mut read = vec![0.0; all.len()];
-            read_values(file.path(), sample, read.iter_mut()).unwrap();
+            read_values(File::open(file.path()).unwrap(), sample, read.iter_mut()).unwrap();
             assert_eq!(read, all, "{sample}");
             // Every second place of a frame, as a channel has them.
             let mut read = vec![0.0; 2 * all.len()];
-            read_values(file.path(), sample, read.iter_mut().skip(1).step_by(2)).unwrap();
+            read_values(File::open(file.path()).unwrap(), sample, read.iter_mut().skip(1).step_by(2)).unwrap();
             assert!(read.chunks(2).zip(&all).all(|(pair, value)| pair == [0.0, *value]), "{sample}");
-            assert!(read_values(file.path(), sample, vec![0.0; 5].iter_mut()).is_err(), "it has four");
+            assert!(read_values(File::open(file.path()).unwrap(), sample, vec![0.0; 5].iter_mut()).is_err(), "it has four");
         }
         assert_eq!(bytes([258.0].into_iter(), SampleType::U16), [2, 1]);
     }
@@ -73,7 +72,7 @@ mod tests {
         let value = |i: usize| (i % 60_001) as f32;
         std::fs::write(file.path(), bytes((0..count).map(value), SampleType::U16)).unwrap();
         let mut read = vec![0.0; count];
-        read_values(file.path(), SampleType::U16, read.iter_mut()).unwrap();
+        read_values(File::open(file.path()).unwrap(), SampleType::U16, read.iter_mut()).unwrap();
         assert!(read.iter().enumerate().all(|(i, v)| *v == value(i)));
     }
 }

@@ -106,6 +106,48 @@ fn what_goes_wrong_is_told_with_the_command() {
     assert!(decoding("sh -c 'echo broken; false # {in} {out}'").contains(": broken"));
 }
 
+/// None of these is waited for or read: a FIFO has no other end, a device none at all, and the file is a terabyte long.
+#[test]
+fn outputs_that_are_no_regular_files_of_the_expected_size_are_refused() {
+    let volume = volume([4, 4, 4], SampleType::U8);
+    let codec = cvr_external::codec();
+    let begun = std::time::Instant::now();
+    for (leaves, said) in [
+        ("mkfifo {out} # {in}", "left a FIFO as {out}, where a regular file belongs"),
+        ("ln -s /dev/zero {out} # {in}", "left a device as {out}"),
+        ("mkdir {out} # {in}", "left a folder as {out}"),
+        ("mkfifo {out}.fifo && ln -s {out}.fifo {out} # {in}", "left a FIFO as {out}"),
+        ("truncate -s 1T {out} # {in}", "wrote 1099511627776 bytes to {out}; "),
+        (": {in} {out}", "wrote nothing to {out}"),
+    ] {
+        let command = format!("sh -c '{leaves}'");
+        let problem = encode(codec.as_ref(), &[("encode", &command)], &volume).unwrap_err().to_string();
+        assert!(problem.contains(said), "{problem}");
+        let stream = encode(codec.as_ref(), &[("decode", &command)], &volume).unwrap();
+        let problem = frames(codec.as_ref(), stream).unwrap_err().to_string();
+        assert!(problem.contains(said), "{problem}");
+    }
+    let exact =
+        encode(codec.as_ref(), &[("decode", "sh -c 'cp {in} {out}; echo >> {out}'")], &volume).unwrap();
+    let problem = frames(codec.as_ref(), exact).unwrap_err().to_string();
+    assert!(problem.contains("wrote 65 bytes to {out}; 4×4×4 voxels of u8 are 64"), "{problem}");
+    assert!(begun.elapsed() < std::time::Duration::from_secs(60), "nothing is waited for");
+    // The twin: a link to a regular file is one.
+    let linked = "sh -c 'cp {in} {out}.there && ln -s {out}.there {out}'";
+    let stream = encode(codec.as_ref(), &[("encode", linked), ("decode", linked)], &volume).unwrap();
+    assert_eq!(VolumeError::compare(&volume, frames(codec.as_ref(), stream).unwrap()).max_abs_error, 0.0);
+}
+
+/// What a command leaves in place of its input and messages must not stop the next one.
+#[test]
+fn what_lies_around_from_the_command_before_is_not_waited_for() {
+    let codec = cvr_external::codec();
+    let volume = colours();
+    let litters = "sh -c 'cp {in} {out}; d=$(dirname {out}); rm {in} $d/messages; mkfifo {in} $d/messages'";
+    let stream = encode(codec.as_ref(), &[("encode", litters), ("decode", litters)], &volume).unwrap();
+    assert_eq!(VolumeError::compare(&volume, frames(codec.as_ref(), stream).unwrap()).max_abs_error, 0.0);
+}
+
 #[test]
 fn samples_that_are_no_numbers_are_refused() {
     let volume = volume([4, 4, 4], SampleType::F32);

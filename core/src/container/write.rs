@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::spec::FORMAT_VERSION;
 use super::{ContainerError, Element, Spec, TensorSpec, header};
 use crate::codec::{CodecInfo, EncodeReport, Settings};
-use crate::file::{folder_of, write_whole};
+use crate::file::{folder_of, scratch_folder, write_whole};
 use crate::volume::{Replaced, VolumeLayout};
 
 /// Where an encoder puts its tensors.
@@ -74,6 +74,7 @@ struct Spool {
 /// Writes one container.
 pub struct ContainerWriter {
     path: PathBuf,
+    /// Where tensors are spooled.
     folder: PathBuf,
     parameters: serde_json::Value,
     spools: BTreeMap<String, Spool>,
@@ -85,11 +86,13 @@ impl ContainerWriter {
     /// # Errors
     /// When the folder does not exist.
     pub fn create(path: &Path) -> Result<Self, ContainerError> {
-        let folder = folder_of(path).to_owned();
+        let folder = folder_of(path);
         if !folder.is_dir() {
             let problem = format!("the folder {} does not exist", folder.display());
             return Err(ContainerError::Malformed { path: path.display().to_string(), problem });
         }
+        let folder = scratch_folder(path)
+            .map_err(|source| ContainerError::Io { path: path.display().to_string(), source })?;
         let parameters = serde_json::Value::Null;
         Ok(Self { path: path.to_owned(), folder, parameters, spools: BTreeMap::new() })
     }

@@ -68,6 +68,14 @@ impl Image {
         self.over(background).into_iter().flatten().map(|v| (v * 255.0).round() as u8).collect()
     }
 
+    /// The picture over an opaque background as a PNG file.
+    ///
+    /// # Errors
+    /// When the encoder refuses its size.
+    pub fn to_png(&self, background: [f32; 3]) -> Result<Vec<u8>, ImageError> {
+        to_png(self.size, &self.to_rgb8(background))
+    }
+
     /// Writes the picture over an opaque background as PNG; the file appears only when it is whole.
     ///
     /// # Errors
@@ -77,22 +85,30 @@ impl Image {
     }
 }
 
-/// Writes 8-bit RGB rows as PNG through a temporary file.
+/// 8-bit RGB rows as a PNG file.
+///
+/// # Errors
+/// When the encoder refuses the size, or it is not that of the rows.
+pub fn to_png(size: [u32; 2], rgb: &[u8]) -> Result<Vec<u8>, ImageError> {
+    let mut bytes = Vec::new();
+    image::write_buffer_with_format(
+        &mut std::io::Cursor::new(&mut bytes),
+        rgb,
+        size[0],
+        size[1],
+        image::ExtendedColorType::Rgb8,
+        image::ImageFormat::Png,
+    )
+    .map_err(|e| ImageError { path: "a picture".to_owned(), problem: e.to_string() })?;
+    Ok(bytes)
+}
+
+/// Writes 8-bit RGB rows as PNG; the file appears only when it is whole.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write_png(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), ImageError> {
-    let encode = |file: &mut std::fs::File| {
-        image::write_buffer_with_format(
-            &mut std::io::BufWriter::new(file),
-            rgb,
-            size[0],
-            size[1],
-            image::ExtendedColorType::Rgb8,
-            image::ImageFormat::Png,
-        )
-        .map_err(std::io::Error::other)
-    };
-    write_whole(path, encode)
-        .map_err(|e| ImageError { path: path.display().to_string(), problem: e.to_string() })
+    let fail = |problem: String| ImageError { path: path.display().to_string(), problem };
+    let bytes = to_png(size, rgb).map_err(|e| fail(e.problem))?;
+    write_whole(path, |file| file.write_all(&bytes)).map_err(|e: std::io::Error| fail(e.to_string()))
 }

@@ -20,7 +20,7 @@ mod voxels;
 pub use camera::{Camera, Projection, RayFrame};
 pub use clip::ClipBox;
 pub use colour::{ColourOpacity, OpacityTable, OpacityTableError};
-pub use image::{Image, ImageError, write_png};
+pub use image::{Image, ImageError, to_png, write_png};
 pub use layers::{LayerPass, LayerStep, RING_LAYERS};
 pub use macrocells::{MacrocellRanges, Macrocells};
 pub use modules::SceneModules;
