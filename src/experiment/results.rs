@@ -4,7 +4,6 @@
 //! knows no infinity; what was not measured is empty in CSV and `null` in JSON. Both files appear only when they are
 //! whole.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use cvr_core::file;
