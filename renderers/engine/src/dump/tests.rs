@@ -94,7 +94,7 @@ fn failures_are_sentences() {
     let text = dump(&Toy { snippet: "", ..Toy::new([2; 3], 1) });
     assert_eq!(text, "codec `toy` does not decode this stream in a shader");
     // The dump is refused before anything of its size is made.
-    let huge = Toy { words: vec![0], layout: Toy::new([1; 3], 1).layout, snippet: crate::toy::SNIPPET };
+    let huge = Toy { words: vec![0], ..Toy::new([1; 3], 1) };
     let mut huge_layout = huge.layout.clone();
     huge_layout.extent = Extent::new(2048, 2048, 1025).unwrap();
     let text = dump(&Toy { layout: huge_layout, ..huge });
