@@ -180,17 +180,25 @@ fn the_command_draws_on_the_device_that_is_named() {
     let name = &device.info().name;
     // A part of the name, in another case.
     let part = name.split_whitespace().next().unwrap().to_uppercase();
+    let backend = &device.info().backend;
     let one = ["--set", "pipeline.filter=[\"nearest\"]", "--set", "pipeline.site=[\"inline\"]"];
-    let arguments = [&["run", "tiny.toml", "--out", "out", "--device", &part][..], &one].concat();
-    let output = cvr(&arguments, folder.path());
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{errors}");
-    assert!(errors.contains(&format!("drawing on {name}")), "{errors}");
-    let results = Results::read(&folder.path().join("out/results.json")).unwrap();
-    assert_eq!(results.provenance.adapter, *name);
-    assert_eq!(results.records.len(), 2);
-    assert!(results.records.iter().all(|r| r.status == Status::Ok && r.device == *name));
-    assert!(folder.path().join("out/report.html").is_file());
+    for (chosen, out) in [(&part, "by-name"), (backend, "by-backend")] {
+        let arguments = [&["run", "tiny.toml", "--out", out, "--device", chosen][..], &one].concat();
+        let output = cvr(&arguments, folder.path());
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{errors}");
+        assert!(errors.contains(&format!("drawing on {name}")), "{errors}");
+        let results = Results::read(&folder.path().join(out).join("results.json")).unwrap();
+        assert_eq!(results.provenance.adapter, *name);
+        assert!(
+            chosen != backend || results.provenance.backend == *backend,
+            "{}",
+            results.provenance.backend
+        );
+        assert_eq!(results.records.len(), 2);
+        assert!(results.records.iter().all(|r| r.status == Status::Ok && r.device == *name));
+        assert!(folder.path().join(out).join("report.html").is_file());
+    }
 }
 
 #[test]

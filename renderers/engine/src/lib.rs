@@ -4,6 +4,7 @@
 //! generated, pipeline built, voxels resident. Whatever the driver refuses comes back as an [`EngineError`] of
 //! the call that caused it; nothing here panics or aborts because of a device.
 
+mod adapter;
 mod bindings;
 mod block_texture;
 mod capabilities;
@@ -31,10 +32,11 @@ mod upload;
 pub mod testing;
 pub mod timing;
 
+pub use adapter::{Backend, DeviceChoice, DeviceInfo, DeviceKind, list_adapters};
 pub use capabilities::{BlockFallback, Capabilities, TextureChoice, TextureFallback};
 pub use cpu_time::process_cpu_time;
 pub use decoding::FrameDecoder;
-pub use device::{Backend, Device, DeviceChoice, DeviceInfo, DeviceKind, list_adapters};
+pub use device::Device;
 pub use drawing::{Drawing, RayPieces};
 pub use error::EngineError;
 pub use source::DrawSource;

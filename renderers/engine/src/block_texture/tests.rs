@@ -35,7 +35,7 @@ fn texture(words: &[u32]) -> BlockTexture<'_> {
 
 #[test]
 fn every_voxel_comes_from_its_block() {
-    let Some(device) = capable("block_texture::every_voxel") else { return };
+    let Some(device) = capable("block_texture::constant_blocks") else { return };
     for size in [[13, 17, 23], [16, 8, 5], [1, 1, 1], [70, 3, 2]] {
         let layout = layout(size, 1);
         let words = constant_blocks(&layout);
