@@ -15,7 +15,7 @@ Examples:
   cvr check-config configs/compare.toml
   cvr check-config configs/compare.toml --set codec.s3dc.block=[2,4] --set pipeline.site=inline
 
-Scenes are held against their data, as far as volumes are small (16 million samples, 64 million in all; larger ones by
+Scenes are held against their data, as far as volumes are small (32 million samples, 64 million in all; larger ones by
 their number type alone): a scene that shows nothing is a warning. Volumes that cannot be read here are no error.
 
 `cvr explain` says the same in groups, with the volumes, and estimates time and memory; `cvr schema` lets an editor

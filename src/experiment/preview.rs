@@ -15,7 +15,7 @@ use crate::estimate::volume_layout;
 use crate::registry::renderer;
 
 /// Most samples of a volume that are read, and of all volumes together.
-const MOST_SAMPLES: [u64; 2] = [1 << 24, 1 << 26];
+const MOST_SAMPLES: [u64; 2] = [1 << 25, 1 << 26];
 /// Longer sides of thumbnails: what is blank in a small one is drawn once more.
 const THUMBNAILS: [u32; 2] = [24, 96];
 /// Frames of a scene that are drawn.

@@ -171,8 +171,8 @@ fn terminal_and_report_warn_and_nothing_is_ranked() {
         } else {
             assert!(!stderr.contains(&start) && !page.contains(&start), "{stderr}");
         }
-        // Charts of pictures: frame times over them, the best within a budget, rate and SSIM.
-        for kind in ["frame-time", "memory-budget", "picture-ssim"] {
+        // Charts of pictures: frame times over them, rate and SSIM.
+        for kind in ["frame-time", "picture-ssim"] {
             let chart = format!("out/charts/corner-{name}-raycasting-{kind}.csv");
             assert_eq!(folder.path(&chart).exists(), shows, "{chart}");
         }
