@@ -115,7 +115,7 @@ fn imagej(text: &str) -> Result<Promise, String> {
     let product = promise.channels.saturating_mul(promise.frames).saturating_mul(promise.slices.unwrap_or(1));
     if let Some(pages) = promise.pages
         && pages != product
-        && (promise.slices.is_some() || pages % product != 0)
+        && (promise.slices.is_some() || !pages.is_multiple_of(product))
     {
         return Err(format!(
             "ImageJ promises {pages} images, and {}, which contradict each other",
