@@ -23,7 +23,8 @@ impl Packed {
     fn between(name: &'static str, header: &str, payload: &[u8], trailer: &str) -> Self {
         let start = header.len();
         let bytes = [header.as_bytes(), payload, trailer.as_bytes()].concat();
-        Self { name, bytes, payload: vec![start..start + payload.len()] }
+        let payload = std::iter::once(start..start + payload.len()).collect();
+        Self { name, bytes, payload }
     }
 }
 
@@ -119,7 +120,7 @@ fn picture(voxels: &[u8]) -> Packed {
     std::io::Write::write_all(&mut stream, voxels).unwrap();
     stream.finish().unwrap();
     writer.finish().unwrap();
-    let payload = vec![0..bytes.len()];
+    let payload = std::iter::once(0..bytes.len()).collect();
     Packed { name: "v.png", bytes, payload }
 }
 

@@ -251,6 +251,8 @@ fn interlaced_pictures_are_read() {
     }
 }
 
+type Pack<'a> = &'a dyn Fn(&[u8]) -> Vec<u8>;
+
 #[test]
 fn strips_of_tiff_hold_their_rows() {
     let folder = Folder::new();
@@ -264,8 +266,7 @@ fn strips_of_tiff_hold_their_rows() {
         open(&folder.write("v.tif", "", &tiff(&[page]).0))
     };
     let longer = [&rows[..], &[7]].concat();
-    let packings: [(u32, &dyn Fn(&[u8]) -> Vec<u8>); 4] =
-        [(1, &<[u8]>::to_vec), (5, &lzw), (8, &zlib), (32773, &packbits)];
+    let packings: [(u32, Pack<'_>); 4] = [(1, &<[u8]>::to_vec), (5, &lzw), (8, &zlib), (32773, &packbits)];
     for (compression, pack) in packings {
         assert_eq!(
             read(compression, pack(&rows)).unwrap().samples(),

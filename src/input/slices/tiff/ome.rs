@@ -65,7 +65,7 @@ pub(super) fn read(text: &str, page: Slice) -> Result<Promise, String> {
     }
     // Channels that lie side by side in a pixel are not in pages of their own.
     let of_pixel = u64::from(page.channels);
-    promise.channels = if channels % of_pixel == 0 { channels / of_pixel } else { channels };
+    promise.channels = if channels.is_multiple_of(of_pixel) { channels / of_pixel } else { channels };
     let slices = promise.slices.unwrap_or(1);
     promise.pages = Some(slices.saturating_mul(promise.frames).saturating_mul(promise.channels));
     Ok(promise)

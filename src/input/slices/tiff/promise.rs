@@ -102,7 +102,7 @@ fn imagej(text: &str) -> Result<Promise, String> {
             "frames" => promise.frames = count()?,
             "unit" => has_unit = !value.is_empty() && value != "pixel",
             "spacing" => {
-                depth = value.parse::<f64>().ok().map(f64::abs).filter(|z| z.is_finite() && *z > 0.0)
+                depth = value.parse::<f64>().ok().map(f64::abs).filter(|z| z.is_finite() && *z > 0.0);
             }
             _ => {}
         }
@@ -115,7 +115,7 @@ fn imagej(text: &str) -> Result<Promise, String> {
     let product = promise.channels.saturating_mul(promise.frames).saturating_mul(promise.slices.unwrap_or(1));
     if let Some(pages) = promise.pages
         && pages != product
-        && (promise.slices.is_some() || pages % product != 0)
+        && (promise.slices.is_some() || !pages.is_multiple_of(product))
     {
         return Err(format!(
             "ImageJ promises {pages} images, and {}, which contradict each other",
@@ -181,8 +181,10 @@ mod tests {
 
     const PAGE: Slice = Slice { width: 11, height: 7, channels: 1, stored: StoredType::U16 };
 
-    /// Pages, frames, channels, slices; or the error.
-    fn promised(text: &str) -> Result<Option<(Option<u64>, u64, u64, Option<u64>)>, String> {
+    /// Pages, frames, channels, slices.
+    type Counts = (Option<u64>, u64, u64, Option<u64>);
+
+    fn promised(text: &str) -> Result<Option<Counts>, String> {
         read(text, PAGE).map(|p| p.map(|p| (p.pages, p.frames, p.channels, p.slices)))
     }
 
