@@ -25,14 +25,14 @@ enum Index {
     /// As the stream has them.
     Stream(Tensor),
     /// Block by block: see [`records`].
-    Records(Vec<u32>, Held),
+    Records { words: Vec<u32>, _held: Held },
 }
 
 impl Index {
     fn words(&self) -> &[u32] {
         match self {
             Self::Stream(tensor) => tensor.words(),
-            Self::Records(words, _) => words,
+            Self::Records { words, .. } => words,
         }
     }
 }
@@ -107,7 +107,7 @@ impl TvqDecoder {
             // As many words as the stream has, which the file has shown to hold.
             let bytes = size_of_val(decoder.index.words()) as u64;
             memory::check(bytes, || "the stream's codes side by side".to_owned())?;
-            decoder.index = Index::Records(decoder.records(&tables), Held::new(bytes));
+            decoder.index = Index::Records { words: decoder.records(&tables), _held: Held::new(bytes) };
         }
         decoder.ranges = (0..decoder.geometry.tables).map(|set| decoder.codeword_ranges(set)).collect();
         Ok(decoder)
