@@ -61,7 +61,7 @@ mod tests {
             let mut read = vec![0.0; 2 * all.len()];
             read_values(file.path(), sample, read.iter_mut().skip(1).step_by(2)).unwrap();
             assert!(read.chunks(2).zip(&all).all(|(pair, value)| pair == [0.0, *value]), "{sample}");
-            assert!(read_values(file.path(), sample, vec![0.0; 5].iter_mut()).is_err(), "it has four");
+            assert!(read_values(file.path(), sample, [0.0; 5].iter_mut()).is_err(), "it has four");
         }
         assert_eq!(bytes([258.0].into_iter(), SampleType::U16), [2, 1]);
     }
