@@ -248,8 +248,8 @@ fn print_memory(memory: &memory::Memory, target: &Target) {
 
 /// A row for each codec and its settings: what a run of them takes, what their trials took, and what these lack.
 fn print_shares(time: &time::Time, costs: &[Cost]) {
-    let header = ["codec", "settings", "encode, decode", "draw", "tried for", "lacks"];
-    let mut rows = table(&header, &[2, 3, 4]);
+    let header = ["codec", "encode, decode", "draw", "tried for", "lacks", "settings"];
+    let mut rows = table(&header, &[1, 2, 3]);
     for share in &time.shares {
         let own = || costs.iter().filter(|c| c.codec == share.codec && c.settings == share.settings);
         let lacks = distinct(own().filter_map(|cost| cost.lacks.clone()));
@@ -260,11 +260,11 @@ fn print_shares(time: &time::Time, costs: &[Cost]) {
         };
         rows.add_row(vec![
             share.codec.clone(),
-            share.settings.clone(),
             duration(share.coding),
             duration(share.drawing),
             duration(own().map(|cost| cost.seconds).sum()),
             lacks,
+            share.settings.clone(),
         ]);
     }
     print_table("what costs", &rows);

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use cvr_core::memory;
-use cvr_core::pipeline::{Capabilities, Experiment, Resolution, resolve};
+use cvr_core::pipeline::{Capabilities, Cell, Experiment, Resolution, resolve};
 use cvr_core::volume::BrickSource;
 
 use super::check_config::print_refused;
@@ -106,8 +106,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     }
     select(&mut resolution, &args.cell).map_err(BadInput)?;
     if args.list_cells {
-        for cell in &resolution.cells {
-            say!("{}", cell.id());
+        let ids: Vec<String> = resolution.cells.iter().map(Cell::id).collect();
+        if !ids.is_empty() {
+            say!("{}", ids.join("\n"));
         }
         print_refused(&resolution);
         return Ok(ExitCode::SUCCESS);

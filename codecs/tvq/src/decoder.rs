@@ -8,6 +8,7 @@ use cvr_core::codec::{
     TexelFormat, WgslModule, check_key, check_stream, decode_region,
 };
 use cvr_core::container::{Element, EncodedVolume, Tensor};
+use cvr_core::memory::{self, Held};
 use cvr_core::volume::{BrickKey, Extent, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout};
 
 use crate::check::check_frame;
@@ -24,14 +25,14 @@ enum Index {
     /// As the stream has them.
     Stream(Tensor),
     /// Block by block: see [`records`].
-    Records(Vec<u32>),
+    Records { words: Vec<u32>, _held: Held },
 }
 
 impl Index {
     fn words(&self) -> &[u32] {
         match self {
             Self::Stream(tensor) => tensor.words(),
-            Self::Records(words) => words,
+            Self::Records { words, .. } => words,
         }
     }
 }
@@ -103,7 +104,10 @@ impl TvqDecoder {
         };
         let tables = decoder.check()?;
         if decoder.geometry.payload == Payload::Fixed {
-            decoder.index = Index::Records(decoder.records(&tables));
+            // As many words as the stream has, which the file has shown to hold.
+            let bytes = size_of_val(decoder.index.words()) as u64;
+            memory::check(bytes, || "the stream's codes side by side".to_owned())?;
+            decoder.index = Index::Records { words: decoder.records(&tables), _held: Held::new(bytes) };
         }
         decoder.ranges = (0..decoder.geometry.tables).map(|set| decoder.codeword_ranges(set)).collect();
         Ok(decoder)

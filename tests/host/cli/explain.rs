@@ -133,3 +133,30 @@ fn a_trial_that_does_not_end_is_left() {
     let row = text.lines().find(|l| l.trim_start().starts_with("external  ")).unwrap_or_default();
     assert!(!row.contains("encode did not end"), "{text}");
 }
+
+/// Seven codecs, four volumes of other kinds and two scenes: more than can be tried in the time that there is. The sum is that of
+/// what each trial took until it ended or was left.
+#[test]
+fn many_codecs_and_volumes_are_explained_in_the_time_that_there_is() {
+    let Some(data) = std::env::var_os("CVR_DATA") else {
+        return eprintln!("CVR_DATA is not set: no cases");
+    };
+    let cases = std::path::Path::new(&data).join("../cases/scenes/37-constant-run");
+    let Ok(files) = std::fs::read_dir(&cases) else {
+        return eprintln!("{} is not there", cases.display());
+    };
+    let folder = Folder::new();
+    for file in files.map(|file| file.unwrap()) {
+        folder.write(file.file_name().to_str().unwrap(), std::fs::read(file.path()).unwrap());
+    }
+    let text = folder.cvr(&["explain", "c.toml", "--device", "cpu"]).exits(0).stdout;
+    let rows = text.split("\nwhat costs\n").nth(1).unwrap().split("\n\n").next().unwrap().lines().skip(1);
+    // Codec, then three times of a number and a unit; the third is what was tried.
+    let tried = |row: &str| -> f64 {
+        let words: Vec<&str> = row.split_whitespace().collect();
+        assert!(words[6] == "s", "{row}");
+        words[5].parse().unwrap()
+    };
+    let tried: Vec<f64> = rows.map(tried).collect();
+    assert!(tried.len() == 7 && tried.iter().sum::<f64>() < 23.0, "{text}");
+}
