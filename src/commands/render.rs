@@ -108,12 +108,15 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     record.flag_replaced(opened.replaced, decoder.layout().samples());
     opened.notes.iter().for_each(|note| record.remark(note));
     let drawn = single.draw(&mut record);
-    for note in record.notes.iter().flat_map(|notes| notes.split("; ")) {
-        eprintln!("note: {note}");
-    }
+    let tell_notes = || {
+        for note in record.notes.iter().flat_map(|notes| notes.split("; ")) {
+            eprintln!("note: {note}");
+        }
+    };
     let image = match drawn {
         Ok(image) => image,
         Err(SingleError::Disagrees(problem)) => {
+            tell_notes();
             let file = args.file.display();
             eprintln!("failed: {file}: {problem}; nothing was written (--no-check draws all the same)");
             return Ok(ExitCode::from(SOME_FAILED));
@@ -121,6 +124,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         Err(error) => return Err(error.into()),
     };
     image.write_png(&args.out, scene.background)?;
+    tell_notes();
     if blank::is_blank(&image) {
         let reason = blank::reason(&view, decoder.layout().channels);
         eprintln!("warning: {} shows nothing: {reason}", args.out.display());

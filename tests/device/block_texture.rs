@@ -12,6 +12,7 @@ use cvr::experiment::record::{Record, Status};
 use cvr::experiment::target::{Decoded, Target, VoxelSource};
 use cvr::input;
 use cvr::registry::Names;
+use cvr_codec_tests::mutated::{Mutated, Mutation};
 use cvr_core::codec::{BlockFormat, Decoder, Site};
 use cvr_core::metrics::AgreementRule;
 use cvr_core::render::{DecodedFrame, Filter, Image, Projection, View};
@@ -26,7 +27,6 @@ use cvr_raycasting::Raycasting;
 use super::runs::run;
 use super::scenes::{camera, clipped, draw, mirror, rule, source, textured, view};
 use super::subjects::{ODD, codec, encoded, noise, settings};
-use cvr_codec_tests::mutated::{Mutated, Mutation};
 
 const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
 

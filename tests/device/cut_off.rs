@@ -4,6 +4,7 @@
 use cvr::experiment::record::Status;
 use cvr::experiment::target::Target;
 use cvr::registry::Names;
+use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::render::{Filter, Projection, View};
 use cvr_core::volume::SampleType;
@@ -13,7 +14,6 @@ use cvr_engine::{Device, Drawing, EngineError, RayPieces};
 use super::runs::run;
 use super::scenes::{camera, mirror, mirror_by, rule, source, textured, view};
 use super::subjects::{codec, encoded, settings};
-use cvr_codec_tests::mutated::Mutated;
 
 fn zfp(edge: u32, rate: &str) -> Box<dyn Decoder> {
     let volume = textured([edge; 3], [1.0; 3], SampleType::U8);

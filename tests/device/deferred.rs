@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use cvr::experiment::target::Target;
+use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Agreement, Decoder, Parity, Site, TexelFormat};
 use cvr_core::metrics::image_agreement;
 use cvr_core::render::{DecodedFrame, Filter};
@@ -14,7 +15,6 @@ use cvr_engine::{Device, EngineError, VolumeTexture};
 
 use super::scenes::{draw, rule, source, textured, view};
 use super::subjects::{ODD, codec, decoded, encoded, noise, settings};
-use cvr_codec_tests::mutated::Mutated;
 
 const FIRST: FrameIndex = FrameIndex::FIRST;
 const KEY: (FrameIndex, Level) = (FIRST, Level::FULL);

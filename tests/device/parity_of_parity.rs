@@ -1,12 +1,19 @@
 //! The parity test, tested: an off-by-one in a snippet and a single wrong bit in a buffer are caught.
 
-use cvr_core::codec::{Decoder, Parity, ShaderDecode as _, VoxelDump};
+use std::sync::Arc;
+
+use cvr::experiment::encoded::{Encoded, encode};
+use cvr::experiment::record::Record;
+use cvr::experiment::shared::Shared;
+use cvr::experiment::target::Target;
+use cvr_codec_tests::mutated::{Mutated, Mutation};
+use cvr_core::codec::{Decoder, Parity, Progress, ShaderDecode as _, Site, VoxelDump};
+use cvr_core::pipeline::FrameRange;
 use cvr_core::volume::{FrameIndex, SampleType};
 use cvr_engine::Device;
 use cvr_engine::testing::test_device;
 
 use super::subjects::{ODD, codec, decoded, encoded, noise, settings};
-use cvr_codec_tests::mutated::{Mutated, Mutation};
 
 const SETTINGS: &[(&str, &[(&str, &str)])] =
     &[("raw", &[("bits", "native")]), ("s3dc", &[("block", "4"), ("index_bits", "4")])];
@@ -64,4 +71,32 @@ fn an_unchanged_shader_passes_the_same_comparison() {
         let parity = parity(device, id, &Mutated { inner, mutation: Mutation::Snippet(source) }, false);
         assert!(parity.holds(), "{id}: {parity}");
     }
+}
+
+/// The same in a run: what the cell's record says is the first voxel, in words.
+#[test]
+fn a_cell_at_inline_tells_the_first_voxel_that_differs() {
+    let Some(device) = test_device("parity_of_parity::cell_at_inline") else { return };
+    let (folder, volume) = (tempfile::tempdir().unwrap(), noise(ODD, SampleType::U8));
+    let raw = codec("raw");
+    let settings = raw.info().default_settings();
+    let mut stream = encode(raw.as_ref(), &settings, &volume, folder.path(), &Progress::silent()).unwrap();
+    let target = Target::Device(device.clone());
+    let told = |stream: &Encoded| {
+        let shared = Shared::new(&target, "raw", stream, std::iter::empty());
+        let mut record = Record::default();
+        shared.decoded(Site::Inline, FrameIndex::FIRST, &mut record).unwrap();
+        (shared.inline_problem(FrameRange::default()), record.parity_mismatches)
+    };
+    assert_eq!(told(&stream), (None, Some(0)));
+    let same = encoded(raw.as_ref(), &settings, &volume);
+    stream.decoder = Arc::new(Mutated::snippet(same, "lane * raw_bits", "(lane ^ 1u) * raw_bits"));
+    let (problem, mismatches) = told(&stream);
+    let problem = problem.unwrap();
+    let begins = "what the shader fetches is not what the CPU decodes: ";
+    assert!(
+        problem.starts_with(begins) && problem.contains("the first is voxel 0 0 0 (frame 0): "),
+        "{problem}"
+    );
+    assert!(mismatches.unwrap() > 1000);
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::metrics::AgreementRule;
 use cvr_core::render::{ClipBox, ControlPoint, Filter, Light, Shading, TransferFunction, View};
@@ -11,7 +12,6 @@ use cvr_engine::testing::test_device;
 
 use super::scenes::{clipped, draw, inline, lit, mirror, source, textured, view};
 use super::subjects::{ODD, codec, encoded, settings};
-use cvr_codec_tests::mutated::Mutated;
 
 const SAMPLE: SampleType = SampleType::U8;
 

@@ -1,5 +1,6 @@
 //! What a device cannot do, said in so many words; and that it goes on afterwards.
 
+use cvr_codec_tests::mutated::{Mutated, Mutation};
 use cvr_core::codec::{DecodedForm, Decoder};
 use cvr_core::render::{Filter, Plan, Renderer, View};
 use cvr_core::volume::{Extent, SampleType, VolumeLayout};
@@ -9,7 +10,6 @@ use cvr_raycasting::Raycasting;
 
 use super::scenes::{inline, textured, view};
 use super::subjects::{ODD, codec, encoded, settings};
-use cvr_codec_tests::mutated::{Mutated, Mutation};
 
 const SAMPLE: SampleType = SampleType::U8;
 

