@@ -13,6 +13,7 @@ mod host {
     mod folder;
     mod frame_passes;
     mod frames;
+    mod full_disk;
     mod golden;
     mod golden_files;
     mod kills;
@@ -21,6 +22,8 @@ mod host {
     mod one_cell;
     mod opacity;
     mod other_readers;
+    mod out_folder;
+    mod outputs;
     mod real_volumes;
     mod records;
     mod report_page;

@@ -8,6 +8,7 @@ use cvr_core::codec::{
     Block, Codec, Decoder, Parity, Progress, Settings, VoxelDump, decode_stages, encode_file,
 };
 use cvr_core::container::EncodedVolume;
+use cvr_core::file::temporary_folder;
 use cvr_core::metrics::{ErrorHistogram, FrameError, VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{BrickKey, FiniteVolume, FrameIndex, Level, NoReferences, Region};
@@ -60,7 +61,7 @@ pub fn encode(
     scratch: &Path,
     run: &Progress<'_>,
 ) -> Result<Encoded, String> {
-    let folder = tempfile::tempdir_in(scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
+    let folder = temporary_folder(scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
     let path = folder.path().join("volume.cvr");
     let start = Instant::now();
     encode_file(codec, settings, volume, volume.replaced(), &path, run).map_err(|e| e.to_string())?;
