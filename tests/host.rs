@@ -16,6 +16,7 @@ mod host {
     mod forms;
     mod frame_passes;
     mod frames;
+    mod full_disk;
     mod golden;
     mod golden_files;
     mod hostile;
@@ -26,6 +27,8 @@ mod host {
     mod one_cell;
     mod opacity;
     mod other_readers;
+    mod out_folder;
+    mod outputs;
     mod real_volumes;
     mod records;
     mod report_page;

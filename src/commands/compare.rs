@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use super::output::Output;
 use crate::compare::{csv, page, pair, read, text};
 use crate::exit::BadInput;
+use crate::experiment::folder::is_result;
 use crate::experiment::results::write_whole;
 
 /// Arguments of `cvr compare`.
@@ -15,10 +16,11 @@ pub struct Args {
     /// Files `results.json`, or folders that hold one; the first is what the others are compared with.
     #[arg(required = true, value_name = "RESULTS")]
     results: Vec<PathBuf>,
-    /// Write every cell and quantity in full precision.
+    /// Write every cell and quantity in full precision. A file of this name is replaced, but not one of a run's results.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Write a page to be read in a browser; it needs neither network nor scripts.
+    /// Write a page to be read in a browser; it needs neither network nor scripts. A file of this name is replaced, but
+    /// not one of a run's results.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
     /// Noise of times that are taken once (encoding, decoding), in percent.
@@ -72,6 +74,12 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         if sides.iter().any(same) {
             return Err(BadInput(format!(
                 "{}: is compared itself; name another file with {option}",
+                path.display()
+            )));
+        }
+        if is_result(path) {
+            return Err(BadInput(format!(
+                "{}: is one of the results of its folder; name another file with {option}",
                 path.display()
             )));
         }

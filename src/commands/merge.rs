@@ -7,8 +7,8 @@ use cvr_core::pipeline::{Capabilities, Document, Experiment, FilePath, Volume, V
 
 use crate::exit::{BadInput, SOME_FAILED};
 use crate::experiment::blank;
-use crate::experiment::folder::{clear, lock};
-use crate::experiment::merge::{Identity, Source, merge};
+use crate::experiment::folder::{Claim, Existing, OutFolder};
+use crate::experiment::merge::{Identity, Source, identity_of, merge};
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::Status;
 use crate::registry::Names;
@@ -21,9 +21,14 @@ pub struct Args {
     /// Folders that `cvr run` or `cvr merge` wrote, all of one experiment.
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
-    /// Folder for all of them together; what it held before is removed.
+    /// Folder for all of them together. Results of the same experiment that it holds are replaced, if all their cells
+    /// come again; anything else is refused.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Remove what results the folder holds, whatever they are of, and write beside files of others. Only files that cvr
+    /// has written there are ever removed or replaced.
+    #[arg(long)]
+    overwrite: bool,
 }
 
 const NOTES: &str = "\
@@ -32,7 +37,8 @@ Examples:
 
 Configuration, --set, seed and volumes must agree. A cell that stands in several folders is kept once where all that
 went into it is the same, and once per device where it ran on several; anything else is refused. A shard that was
-stopped is resumed first: cells that no folder holds are missing from the result, and their number is told.";
+stopped is resumed first: cells that no folder holds are missing from the result, and their number is told. A record
+that is not as it was written is refused; those of version 0.1.0, which carry no digest, are taken as they are.";
 
 /// Merges results.
 ///
@@ -50,15 +56,23 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         }
     }
     let sources: Vec<Source> = args.folders.iter().map(|f| Source::read(f)).collect::<Result<_, _>>()?;
+    for (folder, source) in args.folders.iter().zip(&sources).filter(|(_, source)| source.unsealed() > 0) {
+        eprintln!(
+            "{}: {} record(s) carry no digest, as those of version 0.1.0, and are taken as they are; `cvr run` with \
+             --resume measures them anew",
+            folder.display(),
+            source.unsealed()
+        );
+    }
     let order = order(sources[0].provenance());
     let merged = merge(sources, &order.clone().unwrap_or_default())?;
 
     // Only now: bad input leaves the folder as it was.
-    std::fs::create_dir_all(out).map_err(|e| BadInput(format!("{}: {e}", out.display())))?;
-    let _lock = lock(out).map_err(BadInput)?;
-    clear(out).map_err(BadInput)?;
-    let results = merged.write(out)?;
-    report::write(out, &results.provenance, &results.records, &results.refused)?;
+    let provenance = merged.provenance();
+    let claim = Claim::of_experiment(&provenance, merged.names(), false);
+    let folder = OutFolder::open(out, &claim, Existing::of(false, args.overwrite)).map_err(BadInput)?;
+    let results = merged.write(&folder)?;
+    report::write(&folder, &results.provenance, &results.records, &results.refused)?;
 
     let failed = results.records.iter().filter(|r| r.status == Status::Failed).count();
     let (all, folders) = (results.records.len(), args.folders.len());
@@ -93,12 +107,7 @@ fn order(provenance: &Provenance) -> Option<Vec<Identity>> {
         experiment.check_size().ok()?;
     }
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
-    let identity = |c: &cvr_core::pipeline::Cell| {
-        let (settings, site, filter) = (c.settings.to_string(), c.site.name(), c.filter.name());
-        let names = [&c.volume, &c.codec, &settings, site, filter, &c.renderer, &c.scene];
-        (names.map(str::to_owned), c.skipping, c.stages)
-    };
-    Some(resolution.cells.iter().map(identity).collect())
+    Some(resolution.cells.iter().map(identity_of).collect())
 }
 
 fn file(name: &str) -> Option<VolumeSource> {

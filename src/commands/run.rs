@@ -17,7 +17,7 @@ use crate::estimate::volume_layout;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
 use crate::experiment::blank;
 use crate::experiment::checked::not_run;
-use crate::experiment::folder::lock;
+use crate::experiment::folder::{Claim, Existing, OutFolder};
 use crate::experiment::interrupt;
 use crate::experiment::machine;
 use crate::experiment::provenance::Provenance;
@@ -41,6 +41,12 @@ Examples:
 Every file in the folder is whole or not there, whenever a run ends. Ctrl-C stops after the running step, writes
 the report of what is finished and exits with 130; a second Ctrl-C stops at once. To go on, give the same command
 with --resume.
+
+The folder lists the files that a run writes in cvr-files.jsonl; only these are ever replaced or removed. Results that
+it holds of the same experiment (configuration, --set, seed and volumes; not the device) are replaced once the new run
+has its first cell, and the run says so. Results of another experiment, cells that this run would not measure anew, and
+a folder with other files are refused: --resume keeps what is there and adds to it, --overwrite removes the results and
+writes beside other files, --out names another folder.
 
 Shards that run at the same time need folders of their own; `cvr merge` joins them. Shards that run one after
 another may share a folder under --resume, which never removes cells of others; a last run with --resume and
@@ -71,9 +77,14 @@ pub struct Args {
     #[arg(long)]
     list_cells: bool,
     /// Take over what an earlier run finished in the folder, and run only what is missing, failed, or would come
-    /// out otherwise: with other data, settings, scenes, seed, device or software. Without it the folder is emptied.
+    /// out otherwise: with other data, settings, scenes, seed, device or software. A record that is not as it was
+    /// written, or carries no digest, is run again.
     #[arg(long)]
     resume: bool,
+    /// Remove what results the folder holds, whatever they are of, once the first new cell is there, and write beside
+    /// files of others. Only files that cvr has written there are ever removed or replaced.
+    #[arg(long, conflicts_with = "resume")]
+    overwrite: bool,
     /// Run only the I-th of N shares of the cells, from 1/N to N/N. Nothing is encoded in two of them.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
@@ -130,8 +141,11 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     read_tables(&mut experiment)?;
     let warned = warn_of_blank_scenes(&experiment, &resolution, &volumes);
     // Only now: bad input leaves no empty folder behind.
-    std::fs::create_dir_all(&folder).map_err(|e| BadInput(format!("{}: {e}", folder.display())))?;
-    let _lock = lock(&folder).map_err(BadInput)?;
+    let provenance = provenance(args, &experiment, text, &volumes, &target);
+    let cells = resolution.cells.iter().map(Cell::id);
+    let claim = Claim::of_experiment(&provenance, cells, true);
+    let out =
+        OutFolder::open(&folder, &claim, Existing::of(args.resume, args.overwrite)).map_err(BadInput)?;
 
     let stop: &AtomicBool = interrupt::listen();
     let start = Instant::now();
@@ -143,14 +157,17 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         names: &names,
         target: &target,
         reopen: &|| Target::open(&args.device).map_err(|e| e.to_string()),
-        folder: &folder,
-        resume: args.resume,
+        out: &out,
         stop,
         report: &|index, name| bar.cell(index, name),
     };
-    let outcome = run.run(provenance(args, &experiment, text, &volumes, &target))?;
+    let outcome = run.run(provenance.clone())?;
     bar.finish();
-    report::write(&folder, &outcome.provenance, &outcome.records, &outcome.refused)?;
+    if out.is_waiting() {
+        eprintln!("interrupted before the first cell: {} is as it was", folder.display());
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
+    report::write(&out, &outcome.provenance, &outcome.records, &outcome.refused)?;
     if args.resume {
         let Outcome { taken_over, encodings, .. } = outcome;
         say!("{taken_over} of {} cells taken over; {encodings} encodings", resolution.cells.len());
@@ -160,6 +177,8 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     summary(&folder, &outcome, &resolution, start);
     if outcome.missing > 0 {
         let command = machine::command_line();
+        // What was to be overwritten is gone.
+        let command = command.replace(" --overwrite", "");
         let resume = if args.resume { "" } else { " --resume" };
         eprintln!("interrupted: {} cells are left; go on with: {command}{resume}", outcome.missing);
         return Ok(ExitCode::from(INTERRUPTED));

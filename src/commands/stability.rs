@@ -8,12 +8,13 @@ use cvr_core::stability::{Subject, Verdict};
 
 use super::memory_args::MemoryArgs;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
-use crate::experiment::folder::lock;
+use crate::experiment::folder::{Existing, OutFolder};
 use crate::experiment::{interrupt, machine};
 use crate::progress::CellBar;
 use crate::registry::codecs;
 use crate::stability::atlas::Atlas;
 use crate::stability::breaking::Breaking;
+use crate::stability::claim::claim;
 use crate::stability::config::Config;
 use crate::stability::plan::Plan;
 use crate::stability::report::{self, Provenance};
@@ -49,10 +50,15 @@ pub struct Args {
     /// Folder for tables and pictures; default results/stability, with --quick results/stability-quick.
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Take over what an earlier run has measured in the folder under the same settings and software. Without it the
-    /// folder is emptied.
+    /// Take over what an earlier run has measured in the folder under the same settings and software. Without it an
+    /// atlas of the same settings that the folder holds is replaced once the first new cell is there, if all its cells
+    /// come again; anything else is refused.
     #[arg(long)]
     resume: bool,
+    /// Remove what results the folder holds once the first new cell is there, and write beside files of others. Only
+    /// files that cvr has written there are ever removed or replaced.
+    #[arg(long, conflicts_with = "resume")]
+    overwrite: bool,
     /// Sizes, scenes and further settings; default is the configuration that comes with the program.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -95,23 +101,22 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let folder = args.output.clone().unwrap_or_else(|| {
         Path::new("results").join(if args.quick { "stability-quick" } else { "stability" })
     });
-    std::fs::create_dir_all(&folder).map_err(|e| BadInput(format!("{}: {e}", folder.display())))?;
-    let _lock = lock(&folder).map_err(BadInput)?;
+    let existing = Existing::of(args.resume, args.overwrite);
+    let out = OutFolder::open(&folder, &claim(&plan), existing).map_err(BadInput)?;
     let start = Instant::now();
     let bar = CellBar::new(plan.cells() + plan.encoder_cells());
-    let run = Run {
-        plan: &plan,
-        folder: &folder,
-        resume: args.resume,
-        stop: interrupt::listen(),
-        report: &|done, name| bar.cell(done, name),
-    };
+    let run =
+        Run { plan: &plan, out: &out, stop: interrupt::listen(), report: &|done, name| bar.cell(done, name) };
     let outcome = run.run().map_err(BadInput)?;
     bar.finish();
+    if out.is_waiting() {
+        eprintln!("interrupted before the first cell: {} is as it was", folder.display());
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
     let atlas = Atlas::of(&outcome.measured);
     let provenance = Provenance::now(&plan);
-    atlas.write(&folder, &provenance, &outcome.encoders)?;
-    report::write(&folder, &provenance, &plan, &atlas, &outcome).map_err(BadInput)?;
+    atlas.write(&out, &provenance, &outcome.encoders)?;
+    report::write(&out, &provenance, &plan, &atlas, &outcome).map_err(BadInput)?;
     Ok(summary(args, &folder, &atlas, &outcome, start))
 }
 
@@ -165,6 +170,8 @@ fn summary(args: &Args, folder: &Path, atlas: &Atlas, outcome: &Outcome, start: 
     say!("atlas: {}", folder.join("atlas.html").display());
     if outcome.missing > 0 {
         let command = machine::command_line();
+        // What was to be overwritten is gone.
+        let command = command.replace(" --overwrite", "");
         let resume = if args.resume { "" } else { " --resume" };
         eprintln!("interrupted: {} cells are left; go on with: {command}{resume}", outcome.missing);
         return ExitCode::from(INTERRUPTED);

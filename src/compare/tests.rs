@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::experiment::provenance::{Provenance, VolumeProvenance};
 use crate::experiment::record::{Record, Status};
-use crate::experiment::results::{tests::record, write_json};
+use crate::experiment::results::{tests::record, to_json};
 
 fn quantity(field: &str) -> &'static Quantity {
     QUANTITIES.iter().find(|q| q.field == field).unwrap()
@@ -94,7 +94,7 @@ fn write(folder: &Path, name: &str, config: &str, volume: &str, records: &[Recor
         ..Provenance::default()
     };
     let path = folder.join(name);
-    write_json(&path, &provenance, records, &[]).unwrap();
+    std::fs::write(&path, to_json(&provenance, records, &[]).unwrap()).unwrap();
     path
 }
 
@@ -195,7 +195,7 @@ fn methods_of_a_codec_are_told_apart() {
     let write = |name: &str, seconds: f64| {
         let path = folder.path().join(name);
         let records = [cell("fixed", 1, 1.0), cell("fixed", 2, 1.0), cell("variable", 1, seconds)];
-        write_json(&path, &Provenance::default(), &records, &[]).unwrap();
+        std::fs::write(&path, to_json(&Provenance::default(), &records, &[]).unwrap()).unwrap();
         path
     };
     let text = text(&read(&[write("a.json", 1.0), write("b.json", 4.0)]).unwrap(), 0.1);
@@ -221,7 +221,11 @@ fn the_page_tells_better_from_worse_and_text_stays_text() {
             ..Record { volume: volume.into(), ..timed(ms, 1.0) }
         };
         let failed = Record { status: Status::Failed, error: Some(evil.into()), ..cell("broken") };
-        write_json(&path, &Provenance::default(), &[cell("v"), failed, record(name, "vq")], &[]).unwrap();
+        std::fs::write(
+            &path,
+            to_json(&Provenance::default(), &[cell("v"), failed, record(name, "vq")], &[]).unwrap(),
+        )
+        .unwrap();
         path
     };
     let sides = read(&[write("a.json", 1.0, 40.0, 10.0), write("b.json", 0.5, 41.0, 10.5)]).unwrap();

@@ -96,12 +96,12 @@ pub fn run(record: &mut Record, run: &FrameRun<'_>, stage: &mut Stage<'_>) -> Re
     pool::enter(record, &frames, &errors);
     result?;
     let encoded = run.shared.encoded();
-    let path = error_histogram::write(run.folder, &run.cell.id(), &encoded.histogram);
+    let path = error_histogram::write(run.out, &run.cell.id(), &encoded.histogram);
     record.error_histogram = Some(path.map_err(|e| e.to_string())?);
     surfaces::enter(record, run.shared, stage)?;
     if encoded.frame_errors.len() > 1 {
         let figures = frame_figures::figures(&encoded.frame_errors, &frames);
-        let path = frame_figures::write(run.folder, &run.cell.id(), &figures).map_err(|e| e.to_string())?;
+        let path = frame_figures::write(run.out, &run.cell.id(), &figures).map_err(|e| e.to_string())?;
         record.frame_figures = Some(path);
     }
     encoded.check_promises()?;

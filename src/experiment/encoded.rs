@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use cvr_core::codec::{Block, Codec, Decoder, Progress, Settings, decode_stages, encode_file};
 use cvr_core::container::EncodedVolume;
+use cvr_core::file::temporary_folder;
 use cvr_core::memory::{self, Held};
 use cvr_core::metrics::{ErrorHistogram, FrameError, VolumeComparison, VolumeError};
 use cvr_core::render::DecodedFrame;
@@ -63,7 +64,7 @@ pub fn encode(
     scratch: &Path,
     run: &Progress<'_>,
 ) -> Result<Encoded, String> {
-    let folder = tempfile::tempdir_in(scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
+    let folder = temporary_folder(scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
     let path = folder.path().join("volume.cvr");
     // A frame is decoded in the end, and compared with the original's: better to know before the encoder runs.
     let layout = volume.layout();

@@ -1,11 +1,10 @@
 //! `errors/<cell>.csv`: how many samples of a cell's volume have which error.
 
-use std::path::Path;
-
 use cvr_core::metrics::ErrorHistogram;
 use serde::{Deserialize, Serialize};
 
 use super::files::ERRORS;
+use super::folder::OutFolder;
 use super::results::{ResultsError, write_rows};
 
 /// One bin: the errors (decoded − original, data units) from `from` to below `below`. Infinite errors have a row of their
@@ -35,10 +34,8 @@ pub fn rows(histogram: &ErrorHistogram) -> Vec<Row> {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write(folder: &Path, id: &str, histogram: &ErrorHistogram) -> Result<String, ResultsError> {
+pub fn write(out: &OutFolder, id: &str, histogram: &ErrorHistogram) -> Result<String, ResultsError> {
     let name = format!("{ERRORS}/{id}.csv");
-    let errors = folder.join(ERRORS);
-    std::fs::create_dir_all(&errors).map_err(|e| ResultsError::new(&errors, e))?;
-    write_rows(&folder.join(&name), &rows(histogram))?;
+    write_rows(out, &name, &rows(histogram))?;
     Ok(name)
 }

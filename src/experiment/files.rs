@@ -2,6 +2,7 @@
 
 use cvr_core::volume::FrameIndex;
 
+use super::cell_file::CELLS;
 use super::record::Record;
 
 /// Folder of the pictures.
@@ -34,6 +35,17 @@ pub fn of_cell(record: &Record) -> Vec<String> {
     let pictures = [&record.image, &record.error_image].into_iter().flatten();
     let tables = [&record.frame_figures, &record.error_histogram].into_iter().flatten().cloned();
     pictures.flat_map(|first| of_frames(first, record)).chain(tables).collect()
+}
+
+/// The files that every cell of this name has, its record among them.
+#[must_use]
+pub fn of_id(id: &str) -> [String; 4] {
+    [
+        format!("{CELLS}/{id}.json"),
+        format!("{IMAGES}/{id}.png"),
+        format!("{IMAGES}/{id}.error.png"),
+        format!("{ERRORS}/{id}.csv"),
+    ]
 }
 
 #[cfg(test)]

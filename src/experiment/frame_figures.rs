@@ -1,11 +1,10 @@
 //! `frames/<cell>.csv`: what a cell measured of every frame of its volume.
 
-use std::path::Path;
-
 use cvr_core::metrics::FrameError;
 use serde::{Deserialize, Serialize};
 
 use super::files::FRAMES;
+use super::folder::OutFolder;
 use super::record::Record;
 use super::results::{ResultsError, write_rows};
 
@@ -76,10 +75,8 @@ pub fn figures(errors: &[FrameError], drawn: &[Record]) -> Vec<FrameFigures> {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write(folder: &Path, id: &str, figures: &[FrameFigures]) -> Result<String, ResultsError> {
+pub fn write(out: &OutFolder, id: &str, figures: &[FrameFigures]) -> Result<String, ResultsError> {
     let name = format!("{FRAMES}/{id}.csv");
-    let frames = folder.join(FRAMES);
-    std::fs::create_dir_all(&frames).map_err(|e| ResultsError::new(&frames, e))?;
-    write_rows(&folder.join(&name), figures)?;
+    write_rows(out, &name, figures)?;
     Ok(name)
 }

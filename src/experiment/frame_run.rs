@@ -1,16 +1,16 @@
 //! One frame of a cell: draw, compare, time.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use cvr_core::codec::Site;
 use cvr_core::metrics::{Against, ImageError, error_picture};
 use cvr_core::pipeline::Cell;
-use cvr_core::render::{Image, write_png};
+use cvr_core::render::{Image, to_png};
 use cvr_core::volume::FrameIndex;
 use cvr_engine::timing::{PairBudget, paired};
 
 use super::files::{IMAGES, of_frame};
+use super::folder::OutFolder;
 use super::record::Record;
 use super::ring;
 use super::shared::Shared;
@@ -25,7 +25,7 @@ pub struct FrameRun<'a> {
     /// What is decoded.
     pub shared: &'a Shared<'a>,
     /// The report's folder.
-    pub folder: &'a Path,
+    pub out: &'a OutFolder,
     /// Once true, the step after the running one fails.
     pub stop: &'a AtomicBool,
 }
@@ -127,10 +127,12 @@ impl FrameRun<'_> {
         let named = |path: String| if first { path } else { of_frame(&path, frame) };
         let (picture, errors) =
             (named(format!("{IMAGES}/{id}.png")), named(format!("{IMAGES}/{id}.error.png")));
-        image.write_png(&self.folder.join(&picture), background).map_err(|e| e.to_string())?;
+        let png = image.to_png(background).map_err(|e| e.to_string())?;
+        self.out.write(&picture, &png).map_err(|e| e.to_string())?;
         record.image = Some(picture);
         let colours = error_picture(stage.reference(frame)?, image, background).map_err(|e| e.to_string())?;
-        write_png(&self.folder.join(&errors), image.size(), &colours).map_err(|e| e.to_string())?;
+        let png = to_png(image.size(), &colours).map_err(|e| e.to_string())?;
+        self.out.write(&errors, &png).map_err(|e| e.to_string())?;
         record.error_image = Some(errors);
         Ok(PictureErrors { reference, raw })
     }

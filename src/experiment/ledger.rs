@@ -1,13 +1,12 @@
 //! What a run has finished so far, in the order of its cells, in memory and on disk.
 
-use std::path::Path;
-
 use cvr_core::codec::{Settings, Site};
 use cvr_core::pipeline::{Cell, FrameRange};
 use cvr_core::render::Filter;
 
-use super::cell_file::{self, CellFile};
+use super::cell_file::{CellFile, Flawed};
 use super::files::{IMAGES, of_frame};
+use super::folder::OutFolder;
 use super::provenance::{Provenance, ReferencePicture, RefusedCell};
 use super::record::{Record, Status};
 use super::results::{ResultsError, write_csv, write_json};
@@ -15,12 +14,13 @@ use super::runner::{Outcome, RunError};
 
 /// Records and reference pictures of a run.
 pub(super) struct Ledger<'a> {
-    folder: &'a Path,
+    out: &'a OutFolder,
     records: Vec<Option<Record>>,
     references: Vec<Reference>,
     refused: Vec<RefusedCell>,
     provenance: Provenance,
     taken_over: usize,
+    flawed: Flawed,
     /// Volumes that were encoded, the baseline among them.
     pub(super) encodings: usize,
 }
@@ -33,7 +33,7 @@ struct Reference {
 impl<'a> Ledger<'a> {
     /// `frames_of` gives the frames that a cell's scene draws.
     pub(super) fn new(
-        folder: &'a Path,
+        out: &'a OutFolder,
         cells: &[Cell],
         frames_of: impl Fn(&Cell) -> FrameRange,
         refused: Vec<RefusedCell>,
@@ -54,18 +54,28 @@ impl<'a> Ledger<'a> {
             }
         }
         let records = vec![None; cells.len()];
-        Self { folder, records, references, refused, provenance, taken_over: 0, encodings: 0 }
+        let (taken_over, flawed, encodings) = (0, Flawed::default(), 0);
+        Self { out, records, references, refused, provenance, taken_over, flawed, encodings }
     }
 
-    /// Takes over what an earlier run finished of this cell, if it stands in the folder under the same key.
-    pub(super) fn take_over(&mut self, index: usize, cell: &Cell, key: &str) {
-        let Some(file) = CellFile::taken_over(self.folder, cell, key) else { return };
+    /// Takes over what an earlier run finished of this cell, if it stands in the folder under the same key. `expected` is
+    /// its record before it runs.
+    pub(super) fn take_over(&mut self, index: usize, cell: &Cell, key: &str, expected: &Record) {
+        let file = match CellFile::taken_over(self.out.path(), cell, key, expected) {
+            Ok(file) => file,
+            Err(flaw) => return self.flawed.add(flaw, &cell.id()),
+        };
         if let Some(reference) = self.references.iter_mut().find(|r| is_of(&r.picture, cell)) {
-            let intact = reference.picture.files().all(|path| file.is_intact(self.folder, path));
+            let intact = reference.picture.files().all(|path| file.is_intact(self.out.path(), path));
             reference.ready = reference.ready || intact;
         }
         self.records[index] = Some(file.record);
         self.taken_over += 1;
+    }
+
+    /// Says which cells are run again although a record of them is there.
+    pub(super) fn tell_flawed(&self) {
+        self.flawed.lines().for_each(|line| eprintln!("{line}"));
     }
 
     /// Whether the cell of this number is finished.
@@ -107,10 +117,13 @@ impl<'a> Ledger<'a> {
             Ok(()) => record.status = Status::Ok,
             Err(problem) => record.error = Some(problem),
         }
+        if record.status == Status::Ok {
+            self.out.begin().map_err(fail)?;
+        }
         let reference = self.references.iter().find(|r| r.ready && is_of(&r.picture, cell));
         let reference = reference.into_iter().flat_map(|r| r.picture.files());
-        let file = CellFile::new(record, Some(key), self.folder, reference);
-        file.write(&cell_file::path(self.folder, &cell.id())).map_err(fail)?;
+        let file = CellFile::new(record, Some(key), &self.out.current(), reference);
+        file.write(self.out, &cell.id()).map_err(fail)?;
         self.records[index] = Some(file.record);
         self.write()
     }
@@ -120,9 +133,8 @@ impl<'a> Ledger<'a> {
         let ready = self.references.iter().filter(|r| r.ready);
         self.provenance.references = ready.map(|r| r.picture.clone()).collect();
         let records: Vec<Record> = self.records.iter().flatten().cloned().collect();
-        write_csv(&self.folder.join("results.csv"), &records).map_err(fail)?;
-        let json = self.folder.join("results.json");
-        write_json(&json, &self.provenance, &records, &self.refused).map_err(fail)
+        write_csv(self.out, &records).map_err(fail)?;
+        write_json(self.out, &self.provenance, &records, &self.refused).map_err(fail)
     }
 
     pub(super) fn into_outcome(self) -> Outcome {

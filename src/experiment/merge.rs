@@ -3,12 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
-use super::cell_file::{CELLS, CellFile, hash};
+use cvr_core::pipeline::Cell;
+
+use super::cell_file::{CELLS, CellFile, Flaw, hash};
 use super::files::{ERRORS, FRAMES, IMAGES, of_cell};
+use super::folder::OutFolder;
+use super::identity;
 use super::machine;
 use super::provenance::{Part, Provenance};
 use super::record::{Record, Status};
-use super::results::{Results, write_csv, write_json, write_whole};
+use super::results::{Results, write_csv, write_json};
 
 /// Why results are not merged.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +34,14 @@ pub type Identity = ([String; 7], bool, Option<u8>);
 pub fn identity(r: &Record) -> Identity {
     let names = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene];
     (names.map(Clone::clone), r.skipping, r.stages)
+}
+
+/// What the record of a cell will be about.
+#[must_use]
+pub fn identity_of(c: &Cell) -> Identity {
+    let (codec, settings) = (c.codec_label(), c.settings.to_string());
+    let names = [&c.volume, &codec, &settings, c.site.name(), c.filter.name(), &c.renderer, &c.scene];
+    (names.map(str::to_owned), c.skipping, c.stages)
 }
 
 /// An identity in words.
@@ -64,65 +76,46 @@ impl Source {
         // The message of this error names the file, and so the folder.
         let results = Results::read(&folder.join("results.json")).map_err(|e| refuse(folder, e))?;
         let mut found = BTreeMap::new();
-        for entry in std::fs::read_dir(folder.join(CELLS)).into_iter().flatten().flatten() {
-            let path = entry.path();
-            if let (Some(file), Some(stem)) = (CellFile::read(&path), path.file_stem()) {
-                let name = (identity(&file.record), file.record.device.clone());
-                found.insert(name, Entry { source: 0, stem: stem.to_string_lossy().into_owned(), file });
+        let mut damaged = Vec::new();
+        let mut paths: Vec<PathBuf> =
+            std::fs::read_dir(folder.join(CELLS)).into_iter().flatten().flatten().map(|e| e.path()).collect();
+        paths.sort();
+        for path in paths {
+            let Some(stem) = path.file_stem().map(|s| s.to_string_lossy().into_owned()) else { continue };
+            match CellFile::read(&path) {
+                Ok(file) => {
+                    let name = (identity(&file.record), file.record.device.clone());
+                    found.insert(name, Entry { source: 0, stem, file });
+                }
+                Err(Flaw::Damaged) => damaged.push(format!("{CELLS}/{stem}.json")),
+                Err(_) => {}
             }
         }
         let mut cells = Vec::new();
         for record in &results.records {
             let of = (identity(record), record.device.clone());
-            let missing = || refuse(folder, format!("{CELLS} lacks the file of cell {}", in_words(&of.0)));
+            let missing = || {
+                let hint = match damaged.first() {
+                    Some(name) => format!("; {name} is not as it was written: run it again with --resume"),
+                    None => String::new(),
+                };
+                refuse(folder, format!("{CELLS} lacks the file of cell {}{hint}", in_words(&of.0)))
+            };
             cells.push(found.remove(&of).ok_or_else(missing)?);
         }
         Ok(Self { folder: folder.to_owned(), results, cells })
+    }
+
+    /// Records that carry no digest, so that nothing tells whether they are as they were written: those of version 0.1.0.
+    #[must_use]
+    pub fn unsealed(&self) -> usize {
+        self.cells.iter().filter(|entry| !entry.file.sealed).count()
     }
 
     /// Where the records come from.
     #[must_use]
     pub const fn provenance(&self) -> &Provenance {
         &self.results.provenance
-    }
-
-    /// The first difference between this experiment and another; a device is no part of an experiment.
-    fn difference(&self, first: &Self) -> Option<String> {
-        let (a, b) = (self.provenance(), first.provenance());
-        let other = first.folder.display();
-        if a.config != b.config {
-            return Some(format!("its configuration is not that of {other}"));
-        }
-        // Where a file lies differs between machines; what is in it is compared below.
-        let overrides = |p: &Provenance| -> Vec<String> {
-            let is_path = |o: &str| o.split('=').next().is_some_and(|key| key.trim().ends_with(".file"));
-            p.overrides.iter().filter(|o| !is_path(o)).cloned().collect()
-        };
-        if overrides(a) != overrides(b) {
-            return Some(format!(
-                "it ran with --set {:?}, {other} with {:?}",
-                overrides(a).join(" "),
-                overrides(b).join(" ")
-            ));
-        }
-        if a.seed != b.seed {
-            return Some(format!("its seed is {}, that of {other} {}", a.seed, b.seed));
-        }
-        let names = |p: &Provenance| p.volumes.iter().map(|v| v.name.clone()).collect::<Vec<_>>();
-        if names(a) != names(b) {
-            let (a, b) = (names(a).join(", "), names(b).join(", "));
-            return Some(format!("its volumes are {a}, those of {other} {b}"));
-        }
-        let pairs = a.volumes.iter().zip(&b.volumes);
-        pairs
-            .filter(|(a, b)| (&a.blake3, a.dims, &a.dtype, a.spacing) != (&b.blake3, b.dims, &b.dtype, b.spacing))
-            .map(|(a, b)| {
-                format!(
-                    "volume `{}` is not that of {other}: blake3 {} and {}, {} {:?} and {} {:?}, spacing {:?} and {:?}",
-                    a.name, a.blake3, b.blake3, a.dtype, a.dims, b.dtype, b.dims, a.spacing, b.spacing
-                )
-            })
-            .next()
     }
 }
 
@@ -140,7 +133,8 @@ pub struct Merged {
 /// When a folder holds another experiment, or a cell that has come out otherwise on the same device.
 pub fn merge(mut sources: Vec<Source>, order: &[Identity]) -> Result<Merged, MergeError> {
     for later in sources.iter().skip(1) {
-        if let Some(difference) = later.difference(&sources[0]) {
+        let first = sources[0].folder.display().to_string();
+        if let Some(difference) = identity::difference(later.provenance(), sources[0].provenance(), &first) {
             return Err(refuse(&later.folder, difference));
         }
     }
@@ -184,25 +178,11 @@ impl Merged {
         order.iter().filter(|name| !known.contains(*name)).count()
     }
 
-    /// Writes cells, pictures, `results.csv` and `results.json` into a folder whose folders for them are empty.
-    ///
-    /// # Errors
-    /// When a picture is missing or has changed, or a file cannot be written.
-    pub fn write(&self, out: &Path) -> Result<Results, MergeError> {
+    /// Names that the cells will have in the folder of all.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
         let mut stems = BTreeSet::new();
-        let mut records = Vec::new();
-        let mut provenance = self.provenance();
-        for source in &self.sources {
-            for reference in &source.results.provenance.references {
-                let of = |r: &&_| *r == reference;
-                if provenance.references.iter().any(|r| of(&r)) {
-                    for path in reference.files().filter(|path| !out.join(path).exists()) {
-                        copy(&source.folder, path, out, path, None)?;
-                    }
-                }
-            }
-        }
-        for entry in &self.entries {
+        let mut name = |entry: &Entry| {
             let mut stem = entry.stem.clone();
             for number in 2.. {
                 if stems.insert(stem.clone()) {
@@ -210,11 +190,35 @@ impl Merged {
                 }
                 stem = format!("{}-{number}", entry.stem);
             }
+            stem
+        };
+        self.entries.iter().map(&mut name).collect()
+    }
+
+    /// Writes cells, pictures, `results.csv` and `results.json`. Results that the folder held before go once all cells and
+    /// pictures are there.
+    ///
+    /// # Errors
+    /// When a picture is missing or has changed, or a file cannot be written.
+    pub fn write(&self, out: &OutFolder) -> Result<Results, MergeError> {
+        let mut records = Vec::new();
+        let mut provenance = self.provenance();
+        let mut copied = BTreeSet::new();
+        for source in &self.sources {
+            for reference in &source.results.provenance.references {
+                if provenance.references.contains(reference) {
+                    for path in reference.files().filter(|path| copied.insert((*path).to_owned())) {
+                        copy(&source.folder, path, out, path, None)?;
+                    }
+                }
+            }
+        }
+        for (entry, stem) in self.entries.iter().zip(self.names()) {
             let file = self.copy_cell(entry, &stem, out)?;
-            let path = super::cell_file::path(out, &stem);
-            file.write(&path).map_err(|e| refuse(out, e))?;
+            file.write(out, &stem).map_err(|e| refuse(out.path(), e))?;
             records.push(file.record);
         }
+        out.begin().map_err(|e| refuse(out.path(), e))?;
         let mut refused = Vec::new();
         for cell in self.sources.iter().flat_map(|s| &s.results.refused) {
             if !refused.contains(cell) {
@@ -223,13 +227,13 @@ impl Merged {
         }
         provenance.command_line = machine::command_line();
         provenance.date = machine::date();
-        write_csv(&out.join("results.csv"), &records).map_err(|e| refuse(out, e))?;
-        write_json(&out.join("results.json"), &provenance, &records, &refused).map_err(|e| refuse(out, e))?;
+        write_csv(out, &records).map_err(|e| refuse(out.path(), e))?;
+        write_json(out, &provenance, &records, &refused).map_err(|e| refuse(out.path(), e))?;
         Ok(Results { provenance, records, refused })
     }
 
     /// Copies the files of a cell, under the name `stem`.
-    fn copy_cell(&self, entry: &Entry, stem: &str, out: &Path) -> Result<CellFile, MergeError> {
+    fn copy_cell(&self, entry: &Entry, stem: &str, out: &OutFolder) -> Result<CellFile, MergeError> {
         let folder = &self.sources[entry.source].folder;
         let Entry { file, .. } = entry;
         let mut record = file.record.clone();
@@ -249,11 +253,15 @@ impl Merged {
             copy(folder, path, out, target, file.pictures.get(path))?;
         }
         let references = file.pictures.keys().filter(|path| !own.contains(path)).map(String::as_str);
-        Ok(CellFile::new(record, file.key.clone(), out, references))
+        let mut copy = CellFile::new(record, file.key.clone(), &out.current(), references);
+        // Nobody vouches for a record that carried no digest.
+        copy.sealed = file.sealed;
+        Ok(copy)
     }
 
     /// The origin of all; what differs between the folders stands side by side.
-    fn provenance(&self) -> Provenance {
+    #[must_use]
+    pub fn provenance(&self) -> Provenance {
         let all: Vec<&Provenance> = self.sources.iter().map(Source::provenance).collect();
         let join = |field: fn(&Provenance) -> Option<&str>| {
             let mut distinct: Vec<&str> = Vec::new();
@@ -317,7 +325,7 @@ fn parts(source: &Source) -> Vec<Part> {
 fn copy(
     folder: &Path,
     path: &str,
-    out: &Path,
+    out: &OutFolder,
     target: &str,
     blake3: Option<&String>,
 ) -> Result<(), MergeError> {
@@ -330,9 +338,5 @@ fn copy(
         return Err(refuse(folder, format!("{path} has changed since its cell was measured")));
     }
     let bytes = std::fs::read(&from).map_err(|e| refuse(folder, format!("{path}: {e}")))?;
-    let target = out.join(target);
-    if let Some(parent) = target.parent() {
-        std::fs::create_dir_all(parent).map_err(|e| refuse(out, e))?;
-    }
-    write_whole(&target, &bytes).map_err(|e| refuse(out, e))
+    out.write(target, &bytes).map_err(|e| refuse(out.path(), e))
 }

@@ -13,6 +13,7 @@ pub mod frame_figures;
 pub mod frame_run;
 pub mod host;
 pub mod host_texture;
+pub mod identity;
 pub mod interrupt;
 pub mod key;
 pub mod labels;

@@ -9,9 +9,13 @@ use std::path::{Path, PathBuf};
 use cvr_core::file;
 use serde::{Deserialize, Serialize};
 
+use super::folder::OutFolder;
 use super::provenance::{Provenance, RefusedCell};
 use super::record::Record;
 use super::{checked, series};
+
+const CSV: &str = "results.csv";
+const JSON: &str = "results.json";
 
 /// Why a file of results could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -54,6 +58,12 @@ impl ResultsError {
     pub fn new(path: &Path, problem: impl ToString) -> Self {
         fail(path, problem)
     }
+
+    /// The same problem with another file.
+    #[must_use]
+    pub fn about(self, path: &Path) -> Self {
+        Self { path: path.to_owned(), ..self }
+    }
 }
 
 fn fail(path: &Path, problem: impl ToString) -> ResultsError {
@@ -85,18 +95,17 @@ fn restore_infinities(record: &mut Record) {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_csv(path: &Path, records: &[Record]) -> Result<(), ResultsError> {
-    let text = to_csv(records).map_err(|e| fail(path, e))?;
-    write_whole(path, text.as_bytes())
+pub fn write_csv(out: &OutFolder, records: &[Record]) -> Result<(), ResultsError> {
+    let text = to_csv(records).map_err(|e| fail(&out.path().join(CSV), e))?;
+    out.write(CSV, text.as_bytes())
 }
 
 /// Writes rows as CSV, their fields' names above them.
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_rows<T: Serialize>(path: &Path, rows: &[T]) -> Result<(), ResultsError> {
-    let text = rows_to_csv(rows).map_err(|e| fail(path, e))?;
-    write_whole(path, text.as_bytes())
+pub fn write_rows<T: Serialize>(out: &OutFolder, name: &str, rows: &[T]) -> Result<(), ResultsError> {
+    out.write(name, rows_to_csv(rows).map_err(|e| fail(&out.path().join(name), e))?.as_bytes())
 }
 
 /// Writes provenance, records and refused cells as JSON.
@@ -104,11 +113,24 @@ pub fn write_rows<T: Serialize>(path: &Path, rows: &[T]) -> Result<(), ResultsEr
 /// # Errors
 /// When the file cannot be written.
 pub fn write_json(
-    path: &Path,
+    out: &OutFolder,
     provenance: &Provenance,
     records: &[Record],
     refused: &[RefusedCell],
 ) -> Result<(), ResultsError> {
+    let text = to_json(provenance, records, refused).map_err(|e| fail(&out.path().join(JSON), e))?;
+    out.write(JSON, &text)
+}
+
+/// Provenance, records and refused cells as JSON.
+///
+/// # Errors
+/// When a field has no form in JSON.
+pub fn to_json(
+    provenance: &Provenance,
+    records: &[Record],
+    refused: &[RefusedCell],
+) -> Result<Vec<u8>, serde_json::Error> {
     #[derive(Serialize)]
     struct Borrowed<'a> {
         provenance: &'a Provenance,
@@ -116,9 +138,9 @@ pub fn write_json(
         refused: &'a [RefusedCell],
     }
     let results = Borrowed { provenance, records, refused };
-    let mut text = serde_json::to_vec_pretty(&results).map_err(|e| fail(path, e))?;
+    let mut text = serde_json::to_vec_pretty(&results)?;
     text.push(b'\n');
-    write_whole(path, &text)
+    Ok(text)
 }
 
 fn to_csv(records: &[Record]) -> Result<String, csv::Error> {
@@ -130,7 +152,11 @@ fn to_csv(records: &[Record]) -> Result<String, csv::Error> {
     rows_to_csv(records)
 }
 
-fn rows_to_csv<T: Serialize>(rows: &[T]) -> Result<String, csv::Error> {
+/// Rows as CSV, their fields' names above them.
+///
+/// # Errors
+/// When a row is no list of plain values.
+pub fn rows_to_csv<T: Serialize>(rows: &[T]) -> Result<String, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
         writer.serialize(row)?;
@@ -172,13 +198,16 @@ pub(crate) mod tests {
         let small =
             Record { image_psnr_whole_db: Some(f64::INFINITY), visible_pixels: Some(9), ..lossless.clone() };
         let records = [lossless.clone(), record("v", "raw"), small];
-        write_json(&path, &Provenance::default(), &records, &[]).unwrap();
+        let write = |records: &[Record]| {
+            std::fs::write(&path, to_json(&Provenance::default(), records, &[]).unwrap()).unwrap();
+        };
+        write(&records);
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains("\"psnr_db\": null"));
         assert_eq!(Results::read(&path).unwrap().records, records);
         let ruined =
             Record { image_psnr_db: Some(f64::NEG_INFINITY), image_ssim: Some(0.2), ..record("v", "x") };
-        write_json(&path, &Provenance::default(), &[ruined], &[]).unwrap();
+        write(&[ruined]);
         assert_eq!(
             Results::read(&path).unwrap().records[0].image_psnr_db,
             None,
@@ -211,7 +240,7 @@ pub(crate) mod tests {
 
     #[test]
     fn a_file_that_cannot_be_written_is_named() {
-        let error = write_csv(Path::new("no/such/folder/results.csv"), &[]).unwrap_err();
+        let error = write_whole(Path::new("no/such/folder/results.csv"), b"").unwrap_err();
         assert!(error.to_string().starts_with("no/such/folder/results.csv: "), "{error}");
     }
 }

@@ -1,13 +1,12 @@
 //! Running an experiment: volume by volume, codec by codec, cell by cell. Every cell's result is on disk before
 //! the next one begins, so that whatever ends the process costs no more than the cell that runs.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use cvr_core::pipeline::{Cell, Experiment, FrameRange, Refusal, Resolution};
 
 use super::cell_run::empty_record;
-use super::folder;
+use super::folder::OutFolder;
 use super::key::Keys;
 use super::ledger::Ledger;
 use super::provenance::{Provenance, RefusedCell};
@@ -31,10 +30,8 @@ pub struct Run<'a> {
     pub target: &'a Target,
     /// Opens what draws anew, after it was lost.
     pub reopen: &'a dyn Fn() -> Result<Target, String>,
-    /// Where results go; exists.
-    pub folder: &'a Path,
-    /// Take over what an earlier run finished in the folder; otherwise the folder is emptied first.
-    pub resume: bool,
+    /// Where results go.
+    pub out: &'a OutFolder,
     /// Once true, the run ends after the running step.
     pub stop: &'a AtomicBool,
     /// Called before each cell with the number of cells that are done, and its name.
@@ -86,15 +83,15 @@ impl<'a> Run<'a> {
     pub fn run(&self, provenance: Provenance) -> Result<Outcome, RunError> {
         let refused = self.resolution.refused.iter().map(refused_cell).collect();
         let mut ledger =
-            Ledger::new(self.folder, &self.resolution.cells, |c| self.frames(c), refused, provenance);
-        let ready = if self.resume { folder::prepare } else { folder::clear };
-        ready(self.folder).map_err(RunError)?;
-        if self.resume {
+            Ledger::new(self.out, &self.resolution.cells, |c| self.frames(c), refused, provenance);
+        if self.out.resumes() {
             for volume in self.volumes {
                 for Numbered { index, cell } in self.cells_of(volume) {
-                    ledger.take_over(index, cell, &self.keys().of(cell, volume, self.target));
+                    let expected = self.empty_record(cell, volume, self.target);
+                    ledger.take_over(index, cell, &self.keys().of(cell, volume, self.target), &expected);
                 }
             }
+            ledger.tell_flawed();
             // Whatever ends this run, its results list what it took over.
             ledger.write()?;
         }
@@ -103,6 +100,10 @@ impl<'a> Run<'a> {
         let mut gone = None;
         for volume in self.volumes {
             self.volume(volume, &mut target, &mut gone, &mut ledger)?;
+        }
+        // A run that was stopped before its first cell leaves what was there before.
+        if !self.stopped() {
+            self.out.begin().map_err(|e| RunError(e.to_string()))?;
         }
         ledger.write()?;
         Ok(ledger.into_outcome())

@@ -10,6 +10,7 @@ use cvr_core::volume::Level;
 
 use super::cell_run::{self, record_encoding};
 use super::encoded::{Encoded, encode};
+use super::files::of_id;
 use super::frame_run::FrameRun;
 use super::ledger::Ledger;
 use super::runner::{Numbered, Run, RunError};
@@ -77,7 +78,7 @@ impl<'a> VolumeRun<'a> {
         let codec = self.codec(id).map_err(|e| e.to_string())?;
         ledger.encodings += 1;
         let progress = Progress::new(|_| {}, Some(self.run.stop));
-        encode(codec.as_ref(), settings, &self.volume.volume, self.run.folder, &progress)
+        encode(codec.as_ref(), settings, &self.volume.volume, self.run.out.path(), &progress)
     }
 
     /// A stage for each scene and renderer of these cells.
@@ -109,8 +110,8 @@ impl<'a> VolumeRun<'a> {
             {
                 for (frame, path) in stage.frames().iter().zip(ledger.reference_files(cell)) {
                     let image = stage.reference(frame).map_err(RunError)?;
-                    let written = image.write_png(&self.run.folder.join(path), stage.background());
-                    written.map_err(|e| RunError(e.to_string()))?;
+                    let png = image.to_png(stage.background()).map_err(|e| RunError(e.to_string()))?;
+                    self.run.out.write(&path, &png).map_err(|e| RunError(e.to_string()))?;
                 }
                 ledger.add_reference(cell);
             }
@@ -172,11 +173,15 @@ impl<'a> VolumeRun<'a> {
             }
             (self.run.report)(ledger.done(), &cell.id());
             let mut record = self.run.empty_record(cell, self.volume, self.target);
+            // All at once: each entry of the list is synced.
+            let names = of_id(&cell.id());
+            let announced = self.run.out.announce(&names.each_ref().map(String::as_str));
+            announced.map_err(|e| RunError(e.to_string()))?;
             let stage = stages.get_mut(&(cell.scene.as_str(), cell.renderer.as_str()));
             let result = match (&shared, stage) {
                 (Ok(shared), Some(Ok(stage))) => {
                     record_encoding(&mut record, shared.encoded());
-                    let run = FrameRun { cell, shared, folder: self.run.folder, stop: self.run.stop };
+                    let run = FrameRun { cell, shared, out: self.run.out, stop: self.run.stop };
                     cell_run::run(&mut record, &run, stage)
                 }
                 (Err(problem), _) => Err((*problem).clone()),

@@ -1,15 +1,13 @@
 //! Every chart as files beside the report: `charts/<name>.svg` to be shown, `charts/<name>.csv` to be drawn anew.
 
-use std::path::Path;
-
 use super::ReportError;
 use super::chart::{Chart, Point};
 use super::charts::Sheet;
 use super::page::STYLE;
-use crate::experiment::folder::CHARTS;
+use crate::experiment::folder::{CHARTS, OutFolder};
 use crate::experiment::labels::Labels;
 use crate::experiment::record::{Record, Status};
-use crate::experiment::results::{ResultsError, write_whole};
+use crate::experiment::results::ResultsError;
 
 /// Longest name of a chart in bytes, before its ending.
 const LONGEST: usize = 120;
@@ -58,40 +56,39 @@ pub(super) fn file_name(parts: &[&str]) -> String {
 /// Writes the files, each whole or not at all, and then removes those of charts that are no more. `tables` have names
 /// without ending, and no drawing.
 pub(super) fn write(
-    dir: &Path,
+    out: &OutFolder,
     figures: &[Figure],
     tables: &[(&str, Sheet)],
     records: &[Record],
     labels: &Labels,
 ) -> Result<(), ReportError> {
-    let folder = dir.join(CHARTS);
-    if !figures.is_empty() || !tables.is_empty() {
-        std::fs::create_dir_all(&folder).map_err(|e| ResultsError::new(&folder, e))?;
-    }
-    let mut written = Vec::new();
+    let folder = out.path().join(CHARTS);
+    let written = names(figures, tables.iter().map(|(name, _)| *name));
+    out.announce(&written.iter().map(String::as_str).collect::<Vec<_>>())?;
     for figure in figures {
         let title = format!("{}: {}", figure.volume.as_deref().unwrap_or(ALL_VOLUMES), figure.caption);
         let svg = figure.chart.svg_file(&title, STYLE);
         let csv = figure.sheet.as_ref().map_or_else(|| csv(&figure.chart, records, labels), lines);
         let csv = csv.map_err(|e| ResultsError::new(&folder, e))?;
         for (ending, bytes) in [("svg", svg.into_bytes()), ("csv", csv)] {
-            let name = format!("{}.{ending}", figure.name);
-            write_whole(&folder.join(&name), &bytes)?;
-            written.push(name);
+            out.write(&chart(&figure.name, ending), &bytes)?;
         }
     }
     for (name, sheet) in tables {
-        let name = format!("{name}.csv");
-        write_whole(&folder.join(&name), &lines(sheet).map_err(|e| ResultsError::new(&folder, e))?)?;
-        written.push(name);
+        out.write(&chart(name, "csv"), &lines(sheet).map_err(|e| ResultsError::new(&folder, e))?)?;
     }
-    for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if (name.ends_with(".svg") || name.ends_with(".csv")) && !written.contains(&name) {
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
-    Ok(())
+    Ok(out.keep_only(CHARTS, &written)?)
+}
+
+/// The names of all files, relative to the report.
+pub(super) fn names<'a>(figures: &[Figure], tables: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let of_figures =
+        figures.iter().flat_map(|figure| ["svg", "csv"].map(|ending| chart(&figure.name, ending)));
+    of_figures.chain(tables.map(|name| chart(name, "csv"))).collect()
+}
+
+fn chart(name: &str, ending: &str) -> String {
+    format!("{CHARTS}/{name}.{ending}")
 }
 
 /// One line per mark, in the order of the records: the cell, the two values under the names of `results.csv`,

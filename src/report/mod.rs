@@ -14,6 +14,7 @@ mod cells;
 mod charts;
 mod curves;
 mod data;
+mod earlier;
 mod embed;
 mod noise;
 mod number;
@@ -29,13 +30,15 @@ pub(crate) use page::STYLE;
 #[cfg(test)]
 mod tests;
 
+pub use earlier::earlier;
 pub use embed::EMBEDDED_BYTES;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use crate::experiment::folder::OutFolder;
 use crate::experiment::provenance::{Provenance, RefusedCell};
 use crate::experiment::record::Record;
-use crate::experiment::results::{ResultsError, write_whole};
+use crate::experiment::results::ResultsError;
 
 /// Why a report could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -51,25 +54,28 @@ pub enum ReportError {
 /// Name in `charts/`, without ending, of the differences between curves. It lacks the kind that ends the names of charts.
 const BJONTEGAARD: &str = "bjontegaard";
 
-/// Writes `report.html` and `charts/` into `dir` and returns its path; the file appears only when it is whole. Pictures are taken
-/// from the records' paths relative to `dir`.
+/// Name of the page.
+const PAGE: &str = "report.html";
+
+/// Writes `report.html` and `charts/` into a folder and returns its path; the file appears only when it is whole. Pictures are
+/// taken from the records' paths relative to the folder.
 ///
 /// # Errors
 /// When the page cannot be put together or written. A picture that cannot be read is no error: the page says so.
 pub fn write(
-    dir: &Path,
+    out: &OutFolder,
     provenance: &Provenance,
     records: &[Record],
     refused: &[RefusedCell],
 ) -> Result<PathBuf, ReportError> {
-    let path = dir.join("report.html");
+    let dir = out.path();
     let palette = charts::Palette::new(records);
     let figures = charts::figures(dir, records, provenance, &palette);
     let html = page::render(dir, provenance, records, refused, (&figures, &palette))?;
     // Charts first: a report links to no file that is not there.
     let tables: Vec<_> =
         bd_table::sheet(records, &palette.labels).map(|sheet| (BJONTEGAARD, sheet)).into_iter().collect();
-    beside::write(dir, &figures, &tables, records, &palette.labels)?;
-    write_whole(&path, html.as_bytes())?;
-    Ok(path)
+    beside::write(out, &figures, &tables, records, &palette.labels)?;
+    out.write(PAGE, html.as_bytes())?;
+    Ok(dir.join(PAGE))
 }

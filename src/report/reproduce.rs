@@ -10,10 +10,16 @@ use crate::experiment::record::Record;
 use crate::experiment::series;
 
 /// Options of `cvr run` that say which cells run or where results go, and whether a value follows.
-const DROPPED: [(&str, bool); 5] =
-    [("--out", true), ("--shard", true), ("--cell", true), ("--resume", false), ("--list-cells", false)];
+const DROPPED: [(&str, bool); 6] = [
+    ("--out", true),
+    ("--shard", true),
+    ("--cell", true),
+    ("--resume", false),
+    ("--overwrite", false),
+    ("--list-cells", false),
+];
 
-/// A folder of its own: a run empties the folder that it writes to, and these are not to replace all others.
+/// A folder of its own, in which the cell that was asked for last takes the place of the one before.
 const OUT: &str = "results/one-cell";
 
 /// The name of a record's cell, as `cvr run --list-cells` prints it; `None` where its site or filter is unknown.
@@ -55,7 +61,7 @@ pub(super) fn command(record: &Record, provenance: &Provenance) -> Option<String
             None => kept.push(word.clone()),
         }
     }
-    kept.extend(["--cell", &id, "--out", OUT].map(str::to_owned));
+    kept.extend(["--cell", &id, "--out", OUT, "--overwrite"].map(str::to_owned));
     Some(kept.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" "))
 }
 
@@ -86,13 +92,12 @@ mod tests {
 
     #[test]
     fn what_chose_cells_or_folder_goes_and_what_chose_data_stays() {
-        let run =
-            "cvr run x.toml --out=far --resume --shard 1/2 --set 'scene.size=[9, 9]' --device cpu --out far";
+        let run = "cvr run x.toml --out=far --overwrite --shard 1/2 --set 'scene.size=[9, 9]' --device cpu --out far";
         let provenance = Provenance { command_line: run.into(), ..Default::default() };
         assert_eq!(
             command(&cell(), &provenance).unwrap(),
             "cvr run x.toml --set 'scene.size=[9, 9]' --device cpu --cell \
-             v-s3dc-block=8x8x4,index_bits=2-front-raycasting-inline-linear --out results/one-cell"
+             v-s3dc-block=8x8x4,index_bits=2-front-raycasting-inline-linear --out results/one-cell --overwrite"
         );
         let part = |adapter: &str, config: &str| Part {
             adapter: adapter.into(),

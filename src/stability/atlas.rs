@@ -1,7 +1,5 @@
 //! Verdicts on what was measured, breaking points, and the tables that hold them.
 
-use std::path::Path;
-
 use cvr_core::metrics::psnr_db;
 use cvr_core::stability::{
     Judgement, ObservedPicture, Reason, Subject, Verdict, judge_picture, judge_voxels,
@@ -11,7 +9,8 @@ use serde::Serialize;
 use super::breaking::{Breaking, breaking};
 use super::encoder::EncoderMeasured;
 use super::measured::{Ended, Measured};
-use crate::experiment::results::{ResultsError, write_rows, write_whole};
+use crate::experiment::folder::OutFolder;
+use crate::experiment::results::{ResultsError, write_rows};
 use crate::experiment::stage::RAW;
 
 /// Name of the column of the voxels, beside those of the scenes.
@@ -131,7 +130,7 @@ impl Atlas {
     /// When a file cannot be written.
     pub fn write(
         &self,
-        folder: &Path,
+        out: &OutFolder,
         provenance: &impl Serialize,
         encoders: &[EncoderMeasured],
     ) -> Result<(), ResultsError> {
@@ -142,15 +141,15 @@ impl Atlas {
             breaking: &'a [Breaking],
             encoders: &'a [EncoderMeasured],
         }
-        write_rows(&folder.join("atlas.csv"), &self.rows)?;
-        write_rows(&folder.join("breaking.csv"), &self.breaking)?;
+        write_rows(out, "atlas.csv", &self.rows)?;
+        write_rows(out, "breaking.csv", &self.breaking)?;
         let rows: Vec<EncoderRow> = encoders.iter().map(EncoderRow::of).collect();
-        write_rows(&folder.join("encoders.csv"), &rows)?;
+        write_rows(out, "encoders.csv", &rows)?;
         let whole = Whole { provenance, verdicts: &self.rows, breaking: &self.breaking, encoders };
         // Numbers and strings always serialise.
         let mut text = serde_json::to_vec_pretty(&whole).unwrap_or_default();
         text.push(b'\n');
-        write_whole(&folder.join("atlas.json"), &text)
+        out.write("atlas.json", &text)
     }
 }
 

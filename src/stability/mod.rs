@@ -3,6 +3,7 @@
 
 pub mod atlas;
 pub mod breaking;
+pub mod claim;
 pub mod config;
 pub mod drawing;
 pub mod encoder;

@@ -1,8 +1,9 @@
 //! Measuring the atlas cell by cell. Each cell lies in a file of its own before another begins on its thread, under a key
 //! of all that goes into it, so that a run that ends early costs no more than the cells that were running.
 
-use std::path::Path;
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use cvr_core::metrics::ImageError;
 use cvr_core::stability::{Trial, Trivial, Word, raw_bytes};
@@ -14,9 +15,10 @@ use super::drawing::Stage;
 use super::encoder::{self, EncoderMeasured};
 use super::measured::{Ended, Measured, Pictured};
 use super::plan::{Contestant, Dial, Plan};
-use crate::experiment::cell_file::{CellFile, Keyed, path};
+use crate::experiment::cell_file::{CellFile, Flawed, Keyed};
+use crate::experiment::folder::OutFolder;
 use crate::experiment::key::hash_of;
-use crate::experiment::{folder, machine};
+use crate::experiment::machine;
 
 /// Version of what the figures mean. Raised whenever a subject, a scene or a definition changes.
 const ATLAS_VERSION: u32 = 2;
@@ -28,10 +30,8 @@ pub const RESULTS: [&str; 5] = ["atlas.html", "atlas.csv", "atlas.json", "encode
 pub struct Run<'a> {
     /// What to measure.
     pub plan: &'a Plan,
-    /// Where results go; exists.
-    pub folder: &'a Path,
-    /// Take over what an earlier run has measured; otherwise the folder is emptied first.
-    pub resume: bool,
+    /// Where results go.
+    pub out: &'a OutFolder,
     /// Once true, the run ends after the running cells.
     pub stop: &'a AtomicBool,
     /// Called with the number of finished cells, and the name of one that begins.
@@ -75,13 +75,8 @@ impl Run<'_> {
     /// # Errors
     /// A sentence, when the folder cannot be written or a scene cannot be drawn.
     pub fn run(&self) -> Result<Outcome, String> {
-        if self.resume {
-            folder::prepare(self.folder)?;
-        } else {
-            folder::clear_of(self.folder, &RESULTS)?;
-        }
-        let (done, taken_over) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let counts = Counts { done: &done, taken_over: &taken_over };
+        let (done, taken_over, flawed) = (AtomicUsize::new(0), AtomicUsize::new(0), Mutex::default());
+        let counts = Counts { done: &done, taken_over: &taken_over, flawed: &flawed };
         let mut outcome = Outcome::default();
         for dial in &self.plan.dials {
             for &step in &dial.steps {
@@ -91,6 +86,11 @@ impl Run<'_> {
         for name in &self.plan.config.encoder_subjects {
             outcome.encoders.extend(self.encoders(name, counts)?);
         }
+        flawed
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+            .lines()
+            .for_each(|line| eprintln!("{line}"));
         outcome.taken_over = taken_over.into_inner();
         let all = self.plan.cells() + self.plan.encoder_cells();
         outcome.missing = all - outcome.measured.len() - outcome.encoders.len();
@@ -106,12 +106,12 @@ impl Run<'_> {
             let scenes: Vec<&str> = self.plan.scenes.iter().map(|s| s.name).collect();
             let more = format!("{scenes:?}");
             let key = self.key("cell", contestant, (subject.name, step), blake3.clone(), more);
-            let id = format!("{}-{}-{}", file_name(&contestant.label), subject.name, step + 1);
+            let id = cell_name(&contestant.label, subject.name, step + 1);
             (contestant, id, key)
         });
         let wanted: Vec<_> = wanted.collect();
         let known: Vec<Option<Measured>> =
-            wanted.iter().map(|(_, id, key)| self.known(id, key, counts)).collect();
+            wanted.iter().map(|(_, id, key)| self.known(id, key, counts, Measured::file_name)).collect();
         let needed = known.iter().any(Option::is_none) && !self.stopped();
         let make = || Stage::new(subject, step, &self.plan.scenes, [config.edge, config.picture]);
         let stage = needed.then(make).transpose()?;
@@ -140,8 +140,8 @@ impl Run<'_> {
         let measured = self.plan.encoders.par_iter().map(|contestant| {
             let more = format!("{} {:?} {}", config.seeds, config.threads, config.generations);
             let key = self.key("encoder", contestant, (name, step), blake3.clone(), more);
-            let id = format!("encoder-{}-{name}", file_name(&contestant.label));
-            if let Some(known) = self.known(&id, &key, counts) {
+            let id = encoder_name(&contestant.label, name);
+            if let Some(known) = self.known(&id, &key, counts, EncoderMeasured::file_name) {
                 return Ok(Some(known));
             }
             if self.stopped() {
@@ -181,16 +181,33 @@ impl Run<'_> {
         })
     }
 
-    fn known<R: Keyed>(&self, id: &str, key: &str, counts: Counts<'_>) -> Option<R> {
-        let file = self.resume.then(|| CellFile::<R>::whole(self.folder, id, key)).flatten()?;
+    /// What an earlier run has measured; `name` gives the name of a record's own cell.
+    fn known<R: Keyed>(
+        &self,
+        id: &str,
+        key: &str,
+        counts: Counts<'_>,
+        name: impl Fn(&R) -> String,
+    ) -> Option<R> {
+        if !self.out.resumes() {
+            return None;
+        }
+        let file = match CellFile::<R>::whole(self.out.path(), id, key, |record| name(record) == id) {
+            Ok(file) => file,
+            Err(flaw) => {
+                counts.flawed.lock().unwrap_or_else(PoisonError::into_inner).add(flaw, id);
+                return None;
+            }
+        };
         counts.done.fetch_add(1, Ordering::Relaxed);
         counts.taken_over.fetch_add(1, Ordering::Relaxed);
         Some(file.record)
     }
 
     fn keep<R: Keyed>(&self, id: &str, key: &str, record: R, counts: Counts<'_>) -> Result<R, String> {
-        let file = CellFile::new(record, Some(key.to_owned()), self.folder, []);
-        file.write(&path(self.folder, id)).map_err(|e| e.to_string())?;
+        self.out.begin().map_err(|e| e.to_string())?;
+        let file = CellFile::new(record, Some(key.to_owned()), self.out.path(), []);
+        file.write(self.out, id).map_err(|e| e.to_string())?;
         counts.done.fetch_add(1, Ordering::Relaxed);
         Ok(file.record)
     }
@@ -205,10 +222,51 @@ impl Run<'_> {
 struct Counts<'a> {
     done: &'a AtomicUsize,
     taken_over: &'a AtomicUsize,
+    flawed: &'a Mutex<Flawed>,
 }
 
 fn samples_hash(volume: &FiniteVolume) -> String {
     blake3::hash(volume.dense().samples().as_bytes()).to_hex().to_string()
+}
+
+/// Name of a cell; steps count from 1.
+fn cell_name(label: &str, subject: &str, step: usize) -> String {
+    format!("{}-{subject}-{step}", file_name(label))
+}
+
+/// Name of the measurement of an encoder.
+fn encoder_name(label: &str, subject: &str) -> String {
+    format!("encoder-{}-{subject}", file_name(label))
+}
+
+impl Measured {
+    /// Name of its file, without ending.
+    fn file_name(&self) -> String {
+        cell_name(&self.label, &self.subject, self.step)
+    }
+}
+
+impl EncoderMeasured {
+    /// Name of its file, without ending.
+    fn file_name(&self) -> String {
+        encoder_name(&self.label, &self.subject)
+    }
+}
+
+/// The names of all cells and measurements of a plan.
+#[must_use]
+pub fn names(plan: &Plan) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    for dial in &plan.dials {
+        for step in &dial.steps {
+            let name = |c: &Contestant| cell_name(&c.label, dial.subject.name, step + 1);
+            names.extend(plan.contestants.iter().map(name));
+        }
+    }
+    for subject in &plan.config.encoder_subjects {
+        names.extend(plan.encoders.iter().map(|c| encoder_name(&c.label, subject)));
+    }
+    names
 }
 
 /// A label as part of a file's name.

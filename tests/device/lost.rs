@@ -4,6 +4,8 @@ use std::cell::{Cell, RefCell};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use cvr::experiment::folder::OutFolder;
+use cvr::experiment::identity;
 use cvr::experiment::provenance::Provenance;
 use cvr::experiment::record::Status;
 use cvr::experiment::runner::{Outcome, Run};
@@ -60,6 +62,8 @@ fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usi
     let first = Target::Device(another_device());
     let current = RefCell::new(first.clone());
     let opened = Cell::new(0);
+    let provenance = Provenance::default();
+    let out = OutFolder::adopt(folder, identity::owner(&provenance)).unwrap();
     let run = Run {
         experiment: &experiment,
         resolution: &resolution,
@@ -77,8 +81,7 @@ fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usi
             *current.borrow_mut() = fresh.clone();
             Ok(fresh)
         },
-        folder,
-        resume: false,
+        out: &out,
         stop: &AtomicBool::new(false),
         report: &|_, name| {
             if let Target::Device(device) = &*current.borrow()
@@ -88,7 +91,7 @@ fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usi
             }
         },
     };
-    let outcome = run.run(Provenance::default()).unwrap();
+    let outcome = run.run(provenance).unwrap();
     (outcome, opened.get())
 }
 

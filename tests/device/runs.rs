@@ -4,6 +4,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
+use cvr::experiment::folder::OutFolder;
+use cvr::experiment::identity;
 use cvr::experiment::provenance::Provenance;
 use cvr::experiment::record::{Record, Status};
 use cvr::experiment::results::Results;
@@ -49,6 +51,8 @@ pub fn run(names: &Names, config: &str, target: &Target, folder: &Path) -> Outco
     let experiment = document.experiment(&names.known()).unwrap();
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     let volumes: Vec<_> = experiment.volumes.iter().map(|v| load(v, experiment.seed).unwrap()).collect();
+    let provenance = Provenance::default();
+    let out = OutFolder::adopt(folder, identity::owner(&provenance)).unwrap();
     let run = Run {
         experiment: &experiment,
         resolution: &resolution,
@@ -56,12 +60,11 @@ pub fn run(names: &Names, config: &str, target: &Target, folder: &Path) -> Outco
         names,
         target,
         reopen: &|| Err("this test opens its device once".to_owned()),
-        folder,
-        resume: false,
+        out: &out,
         stop: &AtomicBool::new(false),
         report: &|_, _| {},
     };
-    run.run(Provenance::default()).unwrap()
+    run.run(provenance).unwrap()
 }
 
 pub fn find<'a>(records: &'a [Record], codec: &str, site: &str, filter: &str) -> &'a Record {

@@ -92,7 +92,7 @@ fn files(folder: &Folder, part: &str) -> Vec<String> {
 }
 
 fn is_temporary(name: &str) -> bool {
-    name.split('/').any(|part| part.starts_with(".tmp"))
+    name.split('/').any(cvr_core::file::is_temporary)
 }
 
 /// Cells on disk. A run may make and remove files while this looks.
@@ -115,10 +115,12 @@ fn cells(folder: &Folder) -> Cells {
 }
 
 /// What is wrong with a file of results; temporary ones are nobody's result.
-fn damage(name: &str, bytes: &[u8]) -> Option<String> {
+pub fn damage(name: &str, bytes: &[u8]) -> Option<String> {
     let text = std::str::from_utf8(bytes);
     match name.rsplit('.').next() {
         _ if is_temporary(name) => None,
+        // Whatever cuts the list, its last line is not read.
+        Some("jsonl") => None,
         Some("json") => serde_json::from_slice::<serde_json::Value>(bytes).err().map(|e| e.to_string()),
         Some("png") => image::load_from_memory(bytes).err().map(|e| e.to_string()),
         Some("csv") => {
@@ -147,6 +149,21 @@ fn damage(name: &str, bytes: &[u8]) -> Option<String> {
 fn assert_whole(folder: &Folder) {
     for name in files(folder, "out/") {
         assert_eq!(damage(&name, &folder.read(&name)), None, "{name}");
+    }
+}
+
+/// Every file in the folder of results is temporary, the list itself, or on it.
+#[track_caller]
+fn assert_listed(folder: &Folder) {
+    let names: Vec<_> = files(folder, "out/").into_iter().filter(|n| !is_temporary(n)).collect();
+    let list = names.iter().any(|n| n == "out/cvr-files.jsonl").then(|| folder.text("out/cvr-files.jsonl"));
+    let listed: Vec<String> = list
+        .iter()
+        .flat_map(|text| text.lines().skip(1))
+        .filter_map(|l| serde_json::from_str(l).ok())
+        .collect();
+    for name in names.iter().filter_map(|n| n.strip_prefix("out/")).filter(|n| *n != "cvr-files.jsonl") {
+        assert!(listed.iter().any(|l| l == name), "{name} is on no list: {listed:?}");
     }
 }
 
@@ -220,6 +237,7 @@ fn a_killed_run_loses_the_running_cell_alone_and_goes_on() {
         let status = ended(&mut child);
         killed += usize::from(status.signal() == Some(9));
         assert_whole(&folder);
+        assert_listed(&folder);
         let now = cells(&folder);
         for (name, cell) in &kept {
             assert_eq!(now.get(name), Some(cell), "{name} was finished, and is run again");
@@ -286,7 +304,7 @@ fn the_second_interrupt_ends_at_once() {
         "volume.a.dims=[64, 64, 64]",
     ];
     let mut child = start(&folder, &slow);
-    wait_for(&mut child, || folder.path("out/cells").is_dir());
+    wait_for(&mut child, || folder.path("out/cvr-files.jsonl").is_file());
     std::thread::sleep(Duration::from_millis(300));
     interrupt(&child);
     std::thread::sleep(Duration::from_millis(500));

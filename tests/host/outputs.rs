@@ -60,14 +60,14 @@ fn device_nodes_stay_what_they_are() {
     for ((first, after), ending) in commands.iter().zip(endings()) {
         let link = format!("null.{ending}");
         symlink("/dev/null", folder.path(&link)).unwrap();
-        folder.cvr(&[&first[..], &[&link], &after[..]].concat()).exits(0);
+        folder.cvr(&[&first[..], &[&*link], &after[..]].concat()).exits(0);
         assert_eq!(std::fs::symlink_metadata("/dev/null").unwrap().file_type(), before);
         assert!(folder.path(&link).symlink_metadata().unwrap().is_symlink());
         #[cfg(target_os = "linux")]
         {
             let full = format!("full.{ending}");
             symlink("/dev/full", folder.path(&full)).unwrap();
-            let message = folder.cvr(&[&first[..], &[&full], &after[..]].concat()).refused();
+            let message = folder.cvr(&[&first[..], &[&*full], &after[..]].concat()).refused();
             assert!(message.contains(&full) && message.contains("No space left"), "{message}");
         }
     }
@@ -78,14 +78,14 @@ fn fifos_and_standard_output_get_the_bytes_of_the_file() {
     let (folder, commands) = prepared();
     for ((before, after), ending) in commands.iter().zip(endings()) {
         let plain = format!("plain.{ending}");
-        folder.cvr(&[&before[..], &[&plain], &after[..]].concat()).exits(0);
+        folder.cvr(&[&before[..], &[&*plain], &after[..]].concat()).exits(0);
         let fifo = format!("fifo.{ending}");
         assert!(Command::new("mkfifo").arg(folder.path(&fifo)).status().unwrap().success());
         let reader = std::thread::spawn({
             let path = folder.path(&fifo);
             move || std::fs::read(path).unwrap()
         });
-        folder.cvr(&[&before[..], &[&fifo], &after[..]].concat()).exits(0);
+        folder.cvr(&[&before[..], &[&*fifo], &after[..]].concat()).exits(0);
         assert!(reader.join().unwrap() == folder.read(&plain), "{ending}");
         assert!(folder.path(&fifo).symlink_metadata().unwrap().file_type().is_fifo());
         // By a link, whose ending names the format; into a pipe, and behind what a file holds already.

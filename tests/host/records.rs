@@ -137,6 +137,7 @@ fn every_cell_has_a_record_of_its_own() {
     for cell in &mut cells {
         // What a cell's file holds beside the record.
         let fields = cell.as_object_mut().unwrap();
+        assert_eq!(fields.remove("digest").unwrap().as_str().unwrap().len(), 64);
         assert_eq!(fields.remove("key").unwrap().as_str().unwrap().len(), 64);
         assert_eq!(fields.remove("pictures").unwrap().as_object().unwrap().len(), 4);
         assert!(fields.remove("not_finite").is_some());

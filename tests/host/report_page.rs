@@ -67,8 +67,9 @@ fn report() -> &'static Folder {
         results.records.extend(elsewhere);
         let last = results.records.last_mut().unwrap();
         (last.status, last.error) = (Status::Failed, Some(HOSTILE.to_owned()));
-        cvr::report::write(&folder.path("out"), &results.provenance, &results.records, &results.refused)
-            .unwrap();
+        let owner = cvr::experiment::identity::owner(&results.provenance);
+        let out = cvr::experiment::folder::OutFolder::adopt(&folder.path("out"), owner).unwrap();
+        cvr::report::write(&out, &results.provenance, &results.records, &results.refused).unwrap();
         folder
     })
 }
@@ -257,7 +258,7 @@ fn every_chart_lies_beside_the_report_and_none_of_an_earlier_one() {
     assert!(!files.iter().any(|name| name.contains("noise")), "the names before they were changed");
 }
 
-/// Resuming and merging write the charts; a run of other cells removes those that are no more.
+/// Resuming and merging write the charts; a run of other cells removes those that are no more, and no others.
 #[test]
 fn charts_follow_the_run() {
     let folder = Folder::new();
@@ -277,12 +278,14 @@ fn charts_follow_the_run() {
     let frame_time = folder.read("out/charts/rings-front-slicing-frame-time.csv");
     std::fs::remove_file(folder.path("out/charts/rings-front-slicing-frame-time.csv")).unwrap();
     folder.write("out/charts/mine.txt", "mine");
-    folder.write("out/charts/gone-voxel-psnr.svg", "of a former run");
+    folder.write("out/charts/gone-voxel-psnr.svg", "a drawing of somebody's own");
     run(&["--resume"]);
     assert_eq!(folder.read("out/charts/rings-front-slicing-frame-time.csv"), frame_time);
     folder.cvr(&["merge", "out", "--out", "merged"]).exits(0);
     assert_eq!(charts("merged"), all);
-    assert_eq!(charts("out").len(), all.len() + 1, "a file of another kind stays under --resume");
-    run(&["--set", "pipeline.renderer=raycasting"]);
-    assert!(!charts("out").iter().any(|name| name.contains("slicing") || name == "mine.txt"));
+    assert_eq!(charts("out").len(), all.len() + 2, "files of others stay");
+    run(&["--set", "pipeline.renderer=raycasting", "--overwrite"]);
+    let charts = charts("out");
+    assert!(!charts.iter().any(|name| name.contains("slicing")), "{charts:?}");
+    assert!(["mine.txt", "gone-voxel-psnr.svg"].iter().all(|name| charts.contains(&(*name).to_owned())));
 }

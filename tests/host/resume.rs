@@ -2,6 +2,7 @@
 
 use std::time::SystemTime;
 
+use cvr::experiment::cell_file::digest_of;
 use cvr::experiment::folder::lock;
 use cvr::experiment::results::Results;
 use cvr::input::Generator;
@@ -186,6 +187,10 @@ fn a_file_that_is_no_whole_record_is_run_again() {
         ("garbage", "\0\u{1}not json".to_owned()),
         ("another key", whole.replace(&key, &key.chars().rev().collect::<String>())),
         ("no key", whole.replace("\"key\"", "\"lock\"")),
+        ("no digest", whole.replace("\"digest\"", "\"another\"")),
+        ("a figure", whole.replacen("\"psnr_db\": ", "\"psnr_db\": 1", 1)),
+        ("a figure, and its digest as it was", whole.replacen("\"frame_pairs\": ", "\"frame_pairs\": 1", 1)),
+        ("another cell", folder.text(&cell(&folder, &["scan", "raw", "top", "host"]))),
         ("failed", whole.replace("\"status\": \"ok\"", "\"status\": \"failed\"")),
         ("foreign picture", whole.replace("\"image\": \"images/", "\"image\": \"images/../images/")),
     ] {
@@ -194,6 +199,61 @@ fn a_file_that_is_no_whole_record_is_run_again() {
         assert_eq!(counts(&resume(&folder)), (15, 2), "{what}");
         assert_eq!(counts(&resume(&folder)), (16, 0), "{what}: whole again");
     }
+}
+
+/// A record as it would be written by someone who knows how: whose names or key are not the cell's is not taken over.
+#[test]
+fn a_sealed_record_of_another_cell_is_run_again() {
+    let folder = finished();
+    let name = cell(&folder, &["scan", "raw", "top", "inline"]);
+    let whole = folder.read(&name);
+    let sealed = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut value: serde_json::Value = serde_json::from_slice(&whole).unwrap();
+        value.as_object_mut().unwrap().remove("digest").unwrap();
+        change(&mut value);
+        value["digest"] = digest_of(&value).into();
+        folder.write(&name, serde_json::to_vec_pretty(&value).unwrap());
+        resume(&folder)
+    };
+    assert_eq!(counts(&sealed(&|_| {})), (16, 0), "the twin: sealed as it was");
+    for (field, other) in [
+        ("volume", "noise"),
+        ("codec", "s3dc"),
+        ("settings", "bits=8"),
+        ("site", "host"),
+        ("filter", "nearest"),
+        ("renderer", "slicing"),
+        ("scene", "front"),
+        ("device", "gpu"),
+        ("driver", "1.2"),
+    ] {
+        let ran = sealed(&|value| value[field] = other.into());
+        assert_eq!(counts(&ran), (15, 2), "{field}");
+        assert!(
+            ran.stderr.contains("1 cell(s) are run again: their records are of other cells (cells/scan-raw"),
+            "{}",
+            ran.stderr
+        );
+    }
+    for (field, other) in [("skipping", true.into()), ("stages", 2.into()), ("frames", 7.into())] {
+        let ran = sealed(&|value| value[field] = serde_json::Value::clone(&other));
+        assert_eq!(counts(&ran), (15, 2), "{field}");
+    }
+}
+
+/// As version 0.1.0 wrote them: all cells are run again, which is said once.
+#[test]
+fn records_without_a_digest_are_run_again() {
+    let folder = finished();
+    for name in cells(&folder) {
+        folder.write(&name, folder.text(&name).replace("\"digest\"", "\"another\""));
+    }
+    let ran = resume(&folder);
+    assert_eq!(counts(&ran), (0, 6));
+    let said = "16 cell(s) are run again: their records carry no digest, as those of version 0.1.0 (cells/";
+    assert!(ran.stderr.contains(said) && ran.stderr.contains(" and 15 more)"), "{}", ran.stderr);
+    let again = resume(&folder);
+    assert_eq!((counts(&again), again.stderr.as_str()), ((16, 0), ""));
 }
 
 #[test]

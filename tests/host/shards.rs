@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
+use cvr::experiment::cell_file::digest_of;
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;
 use serde_json::Value;
@@ -80,12 +81,18 @@ fn copy(from: &Folder, run: &str, to: &Folder, as_run: &str) {
     }
 }
 
-/// Replaces a text in all records of a run, and in its provenance.
+/// Replaces a text in all records of a run, which are sealed anew, and in its provenance.
 fn edit(folder: &Folder, run: &str, from: &str, to: &str) {
     let files = folder.names().into_iter().filter(|n| n.starts_with(run) && n.ends_with(".json"));
     for name in files {
-        let text = folder.text(&name);
-        folder.write(&name, text.replace(from, to));
+        let mut text = folder.text(&name).replace(from, to);
+        if name.contains("/cells/") {
+            let mut value: Value = serde_json::from_str(&text).unwrap();
+            value.as_object_mut().unwrap().remove("digest").unwrap();
+            value["digest"] = digest_of(&value).into();
+            text = serde_json::to_string_pretty(&value).unwrap();
+        }
+        folder.write(&name, text);
     }
 }
 
@@ -212,7 +219,7 @@ fn results_of_other_experiments_are_refused() {
     let folder = prepared();
     folder.cvr(&run("a", &["--shard", "1/3"])).exits(0);
     let second = |more: &[&str]| {
-        folder.cvr(&run("b", &[&["--shard", "2/3"][..], more].concat())).exits(0);
+        folder.cvr(&run("b", &[&["--shard", "2/3", "--overwrite"][..], more].concat())).exits(0);
         folder.cvr(&["merge", "a", "b", "--out", "c"])
     };
     second(&[]).exits(0);
@@ -256,6 +263,25 @@ fn a_folder_that_is_not_whole_is_named() {
         own.write(&format!("a/{name}"), bytes);
         merge().exits(0);
     }
+    // A record that was edited, and one that carries no digest: nobody vouches for the one, the other is refused.
+    let name = "a/cells/scan-s3dc-block=4,index_bits=4-front-raycasting-host-linear.json";
+    let text = own.text(name);
+    own.write(name, text.replacen("\"psnr_db\": ", "\"psnr_db\": 1", 1));
+    let before = own.names();
+    let message = merge().refused();
+    assert!(
+        message.contains("host-linear.json is not as it was written: run it again with --resume"),
+        "{message}"
+    );
+    assert_eq!(own.names(), before);
+    own.write(name, text.replace("\"digest\"", "\"another\""));
+    let ran = merge().exits(0);
+    assert!(ran.stderr.contains("a: 1 record(s) carry no digest"), "{}", ran.stderr);
+    assert!(own.json(&name.replacen('a', "c", 1)).get("digest").is_none());
+    own.write(name, &text);
+    merge().exits(0);
+    assert!(own.json(&name.replacen('a', "c", 1)).get("digest").is_some());
+
     let message = own.cvr(&["merge", "a", "none", "--out", "c"]).refused();
     assert!(message.contains("none"), "{message}");
     let message = own.cvr(&["merge", "a", "--out", "./a"]).refused();

@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use cvr::experiment::folder::{Existing, OutFolder};
 use cvr::registry::codecs;
 use cvr::stability::atlas::{Atlas, VOXELS};
+use cvr::stability::claim::claim;
 use cvr::stability::config::Config;
 use cvr::stability::plan::Plan;
 use cvr::stability::report::{self, Provenance};
@@ -37,9 +39,13 @@ fn plan(subjects: &[&str], ids: &[&str]) -> Plan {
     Plan::new(Config::parse("tiny.toml", &text).unwrap(), &codecs().unwrap(), &ids).unwrap()
 }
 
+fn open(plan: &Plan, folder: &Path, existing: Existing) -> OutFolder {
+    OutFolder::open(folder, &claim(plan), existing).unwrap()
+}
+
 fn run(plan: &Plan, folder: &Path, resume: bool) -> Outcome {
-    let run = Run { plan, folder, resume, stop: &AtomicBool::new(false), report: &|_, _| {} };
-    run.run().unwrap()
+    let out = open(plan, folder, Existing::of(resume, true));
+    Run { plan, out: &out, stop: &AtomicBool::new(false), report: &|_, _| {} }.run().unwrap()
 }
 
 #[test]
@@ -72,8 +78,9 @@ fn every_codec_goes_through_every_volume_and_keeps_its_word() {
     }
 
     let provenance = Provenance::now(&plan);
-    atlas.write(folder.root(), &provenance, &outcome.encoders).unwrap();
-    report::write(folder.root(), &provenance, &plan, &atlas, &outcome).unwrap();
+    let out = open(&plan, folder.root(), Existing::Resume);
+    atlas.write(&out, &provenance, &outcome.encoders).unwrap();
+    report::write(&out, &provenance, &plan, &atlas, &outcome).unwrap();
     let page = folder.text("atlas.html");
     for codec in registry.iter() {
         assert!(page.contains(codec.info().id), "{}", codec.info().id);
@@ -98,7 +105,11 @@ fn what_is_measured_is_taken_over_and_what_is_damaged_is_not() {
     let again = run(&plan, folder.root(), true);
     assert_eq!((again.taken_over, &again.measured, &again.encoders), (all, &first.measured, &first.encoders));
     let cell = folder.text("cells/s3dc-slab-5.json");
-    for damaged in [&cell[..cell.len() / 2], &cell.replacen("\"key\": \"", "\"key\": \"0", 1)] {
+    let unsealed = cell.replacen("\"digest\"", "\"another\"", 1);
+    let other = folder.text("cells/s3dc-slab-1.json");
+    let edited = cell.replacen("\"span\": ", "\"span\": 1", 1);
+    for damaged in [&cell[..cell.len() / 2], &unsealed, &other, &edited] {
+        assert_ne!(damaged, cell);
         folder.write("cells/s3dc-slab-5.json", damaged);
         let mended = run(&plan, folder.root(), true);
         assert_eq!((mended.taken_over, &mended.measured), (all - 1, &first.measured));
@@ -121,14 +132,15 @@ fn a_run_that_is_stopped_leaves_what_it_has_and_goes_on() {
             stop.store(true, Ordering::Relaxed);
         }
     };
-    let stopped = Run { plan: &plan, folder: folder.root(), resume: false, stop: &stop, report: &report };
-    let stopped = stopped.run().unwrap();
+    let out = open(&plan, folder.root(), Existing::Replace);
+    let stopped = Run { plan: &plan, out: &out, stop: &stop, report: &report }.run().unwrap();
     let finished = stopped.measured.len() + stopped.encoders.len();
     assert!((4..all).contains(&finished) && stopped.missing == all - finished, "{finished}");
     let atlas = Atlas::of(&stopped.measured);
     let provenance = Provenance::now(&plan);
-    atlas.write(folder.root(), &provenance, &stopped.encoders).unwrap();
-    report::write(folder.root(), &provenance, &plan, &atlas, &stopped).unwrap();
+    atlas.write(&out, &provenance, &stopped.encoders).unwrap();
+    report::write(&out, &provenance, &plan, &atlas, &stopped).unwrap();
+    drop(out);
     assert!(folder.text("atlas.html").contains("This run was stopped"));
 
     let whole = run(&plan, folder.root(), true);

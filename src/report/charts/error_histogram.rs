@@ -247,7 +247,7 @@ fn draw(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::{tests::record, write_rows};
+    use crate::experiment::results::{rows_to_csv, tests::record};
 
     fn setting(codec: &str, rate: f64, psnr: f64) -> Record {
         Record {
@@ -304,12 +304,12 @@ mod tests {
             Record { error_histogram: Some(format!("{ERRORS}/b.csv")), ..setting("hvq", 1.1, 30.0) },
             Record { error_histogram: Some("../secret.csv".into()), ..setting("tvq", 1.1, 30.0) },
         ];
-        write_rows(&dir.join("errors/a.csv"), &rows(1.0, &[(-3, 1), (-1, 2), (0, 90), (1, 5), (4, 2)]))
-            .unwrap();
+        let write = |path: &Path, rows: &[Row]| std::fs::write(path, rows_to_csv(rows).unwrap()).unwrap();
+        write(&dir.join("errors/a.csv"), &rows(1.0, &[(-3, 1), (-1, 2), (0, 90), (1, 5), (4, 2)]));
         let mut endless = rows(2.0, &[(-1, 10), (0, 80), (1, 9)]);
         endless.push(Row { from: f64::INFINITY, below: f64::INFINITY, samples: 1, share: 0.01 });
-        write_rows(&dir.join("errors/b.csv"), &endless).unwrap();
-        write_rows(&folder.path().join("secret.csv"), &rows(1.0, &[(0, 1)])).unwrap();
+        write(&dir.join("errors/b.csv"), &endless);
+        write(&folder.path().join("secret.csv"), &rows(1.0, &[(0, 1)]));
         let volume = VolumeProvenance {
             name: "v".into(),
             dtype: "u8".into(),

@@ -5,7 +5,7 @@ mod curves;
 mod heat_map;
 mod worst;
 
-use std::path::Path;
+pub(super) use worst::name as worst_name;
 
 use cvr_core::stability::{Reason, Verdict};
 use minijinja::{AutoEscape, Environment, Value, context};
@@ -16,9 +16,8 @@ use super::breaking::Breaking;
 use super::encoder::EncoderMeasured;
 use super::plan::Plan;
 use super::runner::Outcome;
-use crate::experiment::folder::CHARTS;
+use crate::experiment::folder::{CHARTS, OutFolder};
 use crate::experiment::machine;
-use crate::experiment::results::write_whole;
 use crate::report::STYLE;
 
 const TEMPLATE: &str = include_str!("atlas.html");
@@ -66,17 +65,15 @@ impl Provenance {
 /// # Errors
 /// A sentence, when a file cannot be written or a picture cannot be drawn.
 pub fn write(
-    folder: &Path,
+    out: &OutFolder,
     provenance: &Provenance,
     plan: &Plan,
     atlas: &Atlas,
     outcome: &Outcome,
 ) -> Result<(), String> {
-    let charts = folder.join(CHARTS);
-    std::fs::create_dir_all(&charts).map_err(|e| format!("{}: {e}", charts.display()))?;
     let heat_map = heat_map::svg(atlas);
     let file = |name: &str, text: &str| {
-        write_whole(&charts.join(format!("{name}.svg")), text.as_bytes()).map_err(|e| e.to_string())
+        out.write(&format!("{CHARTS}/{name}.svg"), text.as_bytes()).map_err(|e| e.to_string())
     };
     file("heat-map", &heat_map)?;
     let curves = curves::dials(atlas).into_iter().chain(curves::generations(&outcome.encoders));
@@ -127,11 +124,11 @@ pub fn write(
         unbroken => unbroken(atlas),
         curves => curves,
         encoders => outcome.encoders.iter().map(encoder_values).collect::<Vec<_>>(),
-        worst => worst::values(folder, plan, atlas)?,
+        worst => worst::values(out, plan, atlas)?,
     };
     let template = environment.get_template("atlas").map_err(|e| e.to_string())?;
     let page = template.render(values).map_err(|e| e.to_string())?;
-    write_whole(&folder.join("atlas.html"), page.as_bytes()).map_err(|e| e.to_string())
+    out.write("atlas.html", page.as_bytes()).map_err(|e| e.to_string())
 }
 
 /// A number as a dial shows it.

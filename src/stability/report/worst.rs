@@ -1,16 +1,15 @@
 //! The worst pictures: the original's, the codec's and that of the trivial codec of the same rate, side by side. They are
 //! drawn anew, which costs less than to keep the pictures of all cells.
 
-use std::path::Path;
-
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use cvr_core::render::{Image, write_png};
+use cvr_core::render::{Image, to_png};
 use cvr_core::stability::{Reason, Subject, Trial};
 use minijinja::{Value, context};
 use rayon::prelude::*;
 
 use crate::experiment::files::IMAGES;
+use crate::experiment::folder::OutFolder;
 use crate::stability::atlas::{Atlas, Row};
 use crate::stability::drawing::{BACKGROUND, Stage};
 use crate::stability::plan::Plan;
@@ -22,15 +21,14 @@ const SHOWN: usize = 18;
 const BETWEEN: usize = 2;
 
 /// Draws them into `images/`, and what the page says of them.
-pub fn values(folder: &Path, plan: &Plan, atlas: &Atlas) -> Result<Vec<Value>, String> {
+pub fn values(out: &OutFolder, plan: &Plan, atlas: &Atlas) -> Result<Vec<Value>, String> {
     let rows = atlas.worst(SHOWN);
     let pictures: Vec<Value> = rows
         .par_iter()
         .enumerate()
         .map(|(index, row)| {
-            let name = format!("{IMAGES}/worst-{:02}.png", index + 1);
-            let Some([width, height]) = draw(row, plan, &folder.join(&name))? else { return Ok(None) };
-            let bytes = std::fs::read(folder.join(&name)).map_err(|e| format!("{name}: {e}"))?;
+            let Some(([width, height], bytes)) = draw(row, plan)? else { return Ok(None) };
+            out.write(&name(index + 1), &bytes).map_err(|e| e.to_string())?;
             let decibels = |rmse: Option<f64>| rmse.map_or(0.0, |r| -20.0 * r.log10());
             Ok(Some(context! {
                 src => Value::from_safe_string(format!("data:image/png;base64,{}", STANDARD.encode(bytes))),
@@ -57,8 +55,13 @@ pub fn values(folder: &Path, plan: &Plan, atlas: &Atlas) -> Result<Vec<Value>, S
     Ok(pictures)
 }
 
-/// Writes the three pictures of a row; `None` where the codec has none.
-fn draw(row: &Row, plan: &Plan, path: &Path) -> Result<Option<[usize; 2]>, String> {
+/// Name of the file of a row, counted from 1.
+pub fn name(number: usize) -> String {
+    format!("{IMAGES}/worst-{number:02}.png")
+}
+
+/// Size and PNG file of the three pictures of a row; `None` where the codec has none.
+fn draw(row: &Row, plan: &Plan) -> Result<Option<([usize; 2], Vec<u8>)>, String> {
     let contestant = plan.contestants.iter().find(|c| c.label == row.label);
     let (Some(contestant), Some(subject), Some(scene)) =
         (contestant, Subject::named(&row.subject), Provocation::named(&row.scene))
@@ -76,8 +79,8 @@ fn draw(row: &Row, plan: &Plan, path: &Path) -> Result<Option<[usize; 2]>, Strin
     let own = stage.draw(scene, &stage.shown(&trial.frames)?)?;
     let trivial = stage.draw(scene, &stage.shown(&trivial.frames)?)?;
     let (size, rgb) = side_by_side(&[&scene.reference, &own, &trivial]);
-    write_png(path, size.map(|n| n as u32), &rgb).map_err(|e| e.to_string())?;
-    Ok(Some(size))
+    let png = to_png(size.map(|n| n as u32), &rgb).map_err(|e| e.to_string())?;
+    Ok(Some((size, png)))
 }
 
 /// Pictures of one size in a row, in 8 bits.

@@ -1,6 +1,6 @@
 //! `cvr compare`: two runs of one experiment, and what cannot be compared.
 
-use cvr::experiment::results::{Results, write_json};
+use cvr::experiment::results::{Results, to_json};
 
 use super::super::folder::Folder;
 
@@ -77,7 +77,8 @@ fn what_was_run_twice_is_matched_and_what_was_not_is_listed() {
         record.frame_ms = record.frame_ms.map(|ms| 1000.0 * ms);
         record.bits_per_voxel = record.bits_per_voxel.map(|bits| 1.25 * bits);
     }
-    write_json(&folder.path("slow.json"), &results.provenance, &results.records, &[]).unwrap();
+    std::fs::write(&folder.path("slow.json"), to_json(&results.provenance, &results.records, &[]).unwrap())
+        .unwrap();
     let slow = folder.cvr(&["compare", "a", "slow.json", "a"]).exits(0).stdout;
     assert!(
         slow.contains("frame_ms: B is 1000 ×÷ 1.00 times A over 6 cells: 0 less, 0 tie, 6 more"),

@@ -159,7 +159,7 @@ fn convert_refuses_what_it_cannot_do() {
 fn experiments_run_on_volumes_of_any_format() {
     let folder = Folder::new();
     folder.write("x.toml", COMPARE);
-    let quick = ["--device", "cpu", "--out", "out", "--set", "scene.size=[8, 8]"];
+    let quick = ["--device", "cpu", "--out", "out", "--overwrite", "--set", "scene.size=[8, 8]"];
     for (name, called) in [
         ("nifti-gz-i16-t.nii.gz", "nifti-gz-i16-t"),
         ("vti-appendedrawzlib-i64.vti", "vti-appendedrawzlib-i64"),
@@ -186,7 +186,8 @@ fn a_configuration_may_name_sequences_and_moving_volumes() {
         folder.write(&format!("step{n}.raw"), &samples);
     }
     let file = "file = \"$CVR_DATA/bonsai.nrrd\"";
-    let quick = ["run", "x.toml", "--device", "cpu", "--out", "out", "--set", "scene.size=[8, 8]"];
+    let quick =
+        ["run", "x.toml", "--device", "cpu", "--out", "out", "--overwrite", "--set", "scene.size=[8, 8]"];
     for (source, frames) in [
         ("file = \"step*.raw\"\ndims = [4, 4, 4]\ndtype = \"u8\"", 3),
         ("files = [\"step1.raw\", \"step3.raw\"]\ndims = [4, 4, 4]\ndtype = \"u8\"", 2),

@@ -32,7 +32,16 @@ fn nothing_of_the_first_run_passes_for_the_second() {
     folder.cvr(&["run", "x.toml", "--device", "cpu"]).exits(0);
     // 4 cells with picture and error picture, and the reference.
     assert_eq!((count(&folder, "results/twice/cells/"), count(&folder, "results/twice/images/")), (4, 9));
-    folder.cvr(&["run", "x.toml", "--device", "cpu", "--set", "pipeline.site=host"]).exits(0);
+    let other = ["run", "x.toml", "--device", "cpu", "--set", "pipeline.site=host"];
+    let before = contents(&folder);
+    let message = folder.cvr(&other).refused();
+    assert!(
+        message.contains("4 cell(s) of experiment `twice`") && message.contains("it ran with --set"),
+        "{message}"
+    );
+    assert!(["--resume", "--overwrite", "--out"].iter().all(|way| message.contains(way)), "{message}");
+    assert_eq!(contents(&folder), before);
+    folder.cvr(&[&other[..], &["--overwrite"]].concat()).exits(0);
     assert_eq!((count(&folder, "results/twice/cells/"), count(&folder, "results/twice/images/")), (2, 5));
     let results = folder.json("results/twice/results.json");
     assert_eq!(results["records"].as_array().unwrap().len(), 2);
