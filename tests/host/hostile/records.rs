@@ -5,6 +5,8 @@ use std::path::Path;
 
 use cvr::compare;
 use cvr::experiment::cell_file::CellFile;
+use cvr::experiment::folder::OutFolder;
+use cvr::experiment::identity;
 use cvr::experiment::merge::{Source, merge};
 use cvr::experiment::record::Record;
 use cvr::experiment::results::Results;
@@ -71,7 +73,8 @@ fn no_results_make_report_or_comparison_panic() {
         std::fs::create_dir(&out).unwrap();
         let Ok(results) = Results::read(&bad) else { return Ok(false) };
         let Results { provenance, records, refused } = &results;
-        report::write(&out, provenance, records, refused).map_err(|e| format!("report: {e}"))?;
+        let folder = OutFolder::adopt(&out, identity::owner(provenance))?;
+        report::write(&folder, provenance, records, refused).map_err(|e| format!("report: {e}"))?;
         let Ok(sides) = compare::read(&[good.clone(), bad.clone()]) else { return Ok(false) };
         compare::csv(&sides, 0.1).map_err(|e| format!("compare: {e}"))?;
         compare::page(&sides, 0.1).map_err(|e| format!("compare: {e}"))?;
@@ -97,24 +100,26 @@ fn no_record_makes_merging_panic() {
         );
         taken_over(&a, &cells, &whole)?;
         let _ = std::fs::remove_dir_all(&out);
-        for inner in ["", "cells", "images", "frames", "errors"] {
-            std::fs::create_dir_all(out.join(inner)).unwrap();
-        }
-        let merged = Source::read(&a).and_then(|source| merge(vec![source], &[]));
-        Ok(merged.and_then(|merged| merged.write(&out)).is_ok())
+        let Ok(merged) = Source::read(&a).and_then(|source| merge(vec![source], &[])) else {
+            return Ok(false);
+        };
+        let folder = OutFolder::adopt(&out, identity::owner(&merged.provenance()))?;
+        Ok(merged.write(&folder).is_ok())
     });
 }
 
-/// Records as resuming takes them over: from their own file, under their key.
+/// Records as resuming takes them over, from their own file and under their key: each is what was written.
 fn taken_over(a: &Path, cells: &[String], whole: &[Vec<u8>]) -> Result<(), String> {
     for (name, whole) in cells.iter().zip(whole) {
         let stem = Path::new(name).file_stem().unwrap().to_str().unwrap();
-        let written: CellFile<Record> = serde_json::from_slice(whole).unwrap();
-        let Some(taken) = CellFile::<Record>::whole(a, stem, written.key.as_deref().unwrap()) else {
+        let original = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(original.path(), whole).unwrap();
+        let written = CellFile::<Record>::read(original.path()).unwrap();
+        let Ok(taken) = CellFile::<Record>::whole(a, stem, written.key.as_deref().unwrap(), |_| true) else {
             continue;
         };
-        if taken.key != written.key {
-            return Err(format!("{stem}: taken over under another key"));
+        if taken != written {
+            return Err(format!("{stem}: an edited record is taken over"));
         }
     }
     Ok(())
