@@ -123,12 +123,19 @@ fn unsupported(place: &Place, found: String) -> InputError {
     InputError::Unsupported { place: place.clone(), found, supported: SUPPORTED.to_owned() }
 }
 
+/// What the library says, which may quote a list as long as the file.
+fn said(error: &dyn std::fmt::Display) -> String {
+    const MOST: usize = 200;
+    let text = error.to_string();
+    text.char_indices().nth(MOST).map_or_else(|| text.clone(), |(end, _)| format!("{} …", &text[..end]))
+}
+
 fn broken(place: &Place, error: TiffError) -> InputError {
     match error {
         TiffError::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => {
             InputError::Io { place: place.clone(), action: "read the pages", source }
         }
-        TiffError::UnsupportedError(what) => unsupported(place, what.to_string()),
+        TiffError::UnsupportedError(what) => unsupported(place, said(&what)),
         TiffError::FormatError(TiffFormatError::InconsistentSizesEncountered) => InputError::Data {
             place: place.clone(),
             problem: "the strips or tiles are not as many as the rows of the page need".to_owned(),
@@ -138,7 +145,7 @@ fn broken(place: &Place, error: TiffError) -> InputError {
         },
         other => InputError::Data {
             place: place.clone(),
-            problem: format!("this is no whole TIFF file ({other})"),
+            problem: format!("this is no whole TIFF file ({})", said(&other)),
             remedy: "fetch or save it again".to_owned(),
         },
     }
