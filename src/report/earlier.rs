@@ -7,8 +7,10 @@ use std::path::Path;
 use super::{BJONTEGAARD, PAGE, beside, charts};
 use crate::experiment::cell_file::{CELLS, CellFile};
 use crate::experiment::files::of_cell;
-use crate::experiment::folder::Earlier;
+use crate::experiment::folder::{Earlier, is_below};
 use crate::experiment::identity;
+use crate::experiment::provenance::ReferencePicture;
+use crate::experiment::record::Record;
 use crate::experiment::results::Results;
 
 /// The files of a folder that holds results of such a version; `None` where there is no `results.json`.
@@ -17,9 +19,9 @@ pub fn earlier(folder: &Path) -> Option<Earlier> {
     let Results { provenance, records, .. } = Results::read(&folder.join("results.json")).ok()?;
     let mut names: BTreeSet<String> = ["results.json", "results.csv", PAGE].map(str::to_owned).into();
     names.extend(records.iter().flat_map(of_cell));
-    names.extend(provenance.references.iter().flat_map(|r| r.files()).map(str::to_owned));
+    names.extend(provenance.references.iter().flat_map(ReferencePicture::files).map(str::to_owned));
     for entry in std::fs::read_dir(folder.join(CELLS)).into_iter().flatten().flatten() {
-        if let Ok(file) = CellFile::<crate::experiment::record::Record>::read(&entry.path())
+        if let Ok(file) = CellFile::<Record>::read(&entry.path())
             && file.key.is_some()
         {
             names.insert(format!("{CELLS}/{}", entry.file_name().to_string_lossy()));
@@ -29,6 +31,6 @@ pub fn earlier(folder: &Path) -> Option<Earlier> {
     // Charts have names that follow from the records.
     let figures = charts::figures(folder, &records, &provenance, &charts::Palette::new(&records));
     names.extend(beside::names(&figures, std::iter::once(BJONTEGAARD)));
-    names.retain(|name| crate::experiment::folder::is_below(name));
+    names.retain(|name| is_below(name));
     Some(Earlier { owner: identity::owner(&provenance), names })
 }

@@ -10,16 +10,19 @@ use cvr_core::volume::SampleType;
 use super::folder::Folder;
 use super::volumes::seeded;
 
-/// A volume, what is compared with it, and the commands that write a file: what stands before its name, and behind it.
-fn prepared() -> (Folder, Vec<(Vec<&'static str>, Vec<&'static str>)>) {
+/// Words of the program: those before the name of the file that it writes, and those behind it.
+type Words = [Vec<&'static str>; 2];
+
+/// A volume and its container, and the commands that write a file.
+fn prepared() -> (Folder, Vec<Words>) {
     let folder = Folder::new();
     folder.volume("v.nrrd", &seeded(Generator::Turbulence, [9, 8, 7], SampleType::U8, 3));
     folder.cvr(&["encode", "v.nrrd", "v.cvr", "--codec", "raw"]).exits(0);
     let commands = vec![
-        (vec!["encode", "v.nrrd"], vec!["--codec", "raw"]),
-        (vec!["decode", "v.cvr"], vec![]),
-        (vec!["render", "v.nrrd"], vec!["--device", "cpu", "--size", "32x32", "--transfer-function", "heat"]),
-        (vec!["schema", "--out"], vec![]),
+        [vec!["encode", "v.nrrd"], vec!["--codec", "raw"]],
+        [vec!["decode", "v.cvr"], vec![]],
+        [vec!["render", "v.nrrd"], vec!["--device", "cpu", "--size", "32x32", "--transfer-function", "heat"]],
+        [vec!["schema", "--out"], vec![]],
     ];
     (folder, commands)
 }
@@ -32,7 +35,7 @@ fn endings() -> [&'static str; 4] {
 fn links_are_followed_and_stay() {
     let (folder, commands) = prepared();
     std::fs::create_dir(folder.path("far")).unwrap();
-    for ((before, after), ending) in commands.iter().zip(endings()) {
+    for ([before, after], ending) in commands.iter().zip(endings()) {
         let (plain, link, target) =
             (format!("plain.{ending}"), format!("link.{ending}"), format!("far/x.{ending}"));
         let write = |name: &str| folder.cvr(&[&before[..], &[name], &after[..]].concat()).exits(0);
@@ -57,7 +60,7 @@ fn links_are_followed_and_stay() {
 fn device_nodes_stay_what_they_are() {
     let (folder, commands) = prepared();
     let before = std::fs::symlink_metadata("/dev/null").unwrap().file_type();
-    for ((first, after), ending) in commands.iter().zip(endings()) {
+    for ([first, after], ending) in commands.iter().zip(endings()) {
         let link = format!("null.{ending}");
         symlink("/dev/null", folder.path(&link)).unwrap();
         folder.cvr(&[&first[..], &[&*link], &after[..]].concat()).exits(0);
@@ -76,7 +79,7 @@ fn device_nodes_stay_what_they_are() {
 #[test]
 fn fifos_and_standard_output_get_the_bytes_of_the_file() {
     let (folder, commands) = prepared();
-    for ((before, after), ending) in commands.iter().zip(endings()) {
+    for ([before, after], ending) in commands.iter().zip(endings()) {
         let plain = format!("plain.{ending}");
         folder.cvr(&[&before[..], &[&*plain], &after[..]].concat()).exits(0);
         let fifo = format!("fifo.{ending}");

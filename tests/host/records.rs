@@ -148,7 +148,16 @@ fn every_cell_has_a_record_of_its_own() {
     }
     let rest = names.iter().filter(|n| n.starts_with("a/") && n.matches('/').count() == 1);
     let rest: Vec<&String> = rest.collect();
-    let expected = ["cells", "charts", "errors", "images", "report.html", "results.csv", "results.json"];
+    let expected = [
+        "cells",
+        "charts",
+        "cvr-files.jsonl",
+        "errors",
+        "images",
+        "report.html",
+        "results.csv",
+        "results.json",
+    ];
     assert_eq!(rest, expected.map(|name| format!("a/{name}")).iter().collect::<Vec<_>>());
 }
 

@@ -258,7 +258,10 @@ fn a_folder_that_is_not_whole_is_named() {
     ] {
         let bytes = own.read(&format!("a/{name}"));
         own.write(&format!("a/{name}"), &bytes[..bytes.len() / 2]);
-        let message = merge().refused();
+        // Results of before stay; that they were to be replaced is said first.
+        let before = own.names();
+        let message = merge().exits(2).stderr;
+        assert_eq!(own.names(), before);
         assert!(message.contains("a: ") && message.contains(what), "{message}");
         own.write(&format!("a/{name}"), bytes);
         merge().exits(0);
@@ -289,6 +292,6 @@ fn a_folder_that_is_not_whole_is_named() {
     // A record is data: it must not pull other files along.
     own.write("secret.png", "secret");
     edit(&own, "a", "\"image\": \"images/", "\"image\": \"../a/images/");
-    let message = merge().refused();
+    let message = merge().exits(2).stderr;
     assert!(message.contains("is no picture of this folder"), "{message}");
 }

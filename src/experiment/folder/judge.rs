@@ -206,7 +206,7 @@ fn foreign(path: &Path) -> Vec<String> {
         |name: &str| std::fs::read_dir(path.join(name)).is_ok_and(|mut below| below.next().is_none());
     let mut names: Vec<String> = entries
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .filter(|name| !is_temporary(name) && !(BELOW.contains(&name.as_str()) && is_empty(name)))
+        .filter(|name| !(is_temporary(name) || BELOW.contains(&name.as_str()) && is_empty(name)))
         .collect();
     names.sort();
     names

@@ -60,8 +60,11 @@ pub fn name(number: usize) -> String {
     format!("{IMAGES}/worst-{number:02}.png")
 }
 
-/// Size and PNG file of the three pictures of a row; `None` where the codec has none.
-fn draw(row: &Row, plan: &Plan) -> Result<Option<([usize; 2], Vec<u8>)>, String> {
+/// Width and height in pixels, and a PNG file.
+type Drawn = ([usize; 2], Vec<u8>);
+
+/// The three pictures of a row; `None` where the codec has none.
+fn draw(row: &Row, plan: &Plan) -> Result<Option<Drawn>, String> {
     let contestant = plan.contestants.iter().find(|c| c.label == row.label);
     let (Some(contestant), Some(subject), Some(scene)) =
         (contestant, Subject::named(&row.subject), Provocation::named(&row.scene))

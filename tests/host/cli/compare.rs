@@ -77,7 +77,7 @@ fn what_was_run_twice_is_matched_and_what_was_not_is_listed() {
         record.frame_ms = record.frame_ms.map(|ms| 1000.0 * ms);
         record.bits_per_voxel = record.bits_per_voxel.map(|bits| 1.25 * bits);
     }
-    std::fs::write(&folder.path("slow.json"), to_json(&results.provenance, &results.records, &[]).unwrap())
+    std::fs::write(folder.path("slow.json"), to_json(&results.provenance, &results.records, &[]).unwrap())
         .unwrap();
     let slow = folder.cvr(&["compare", "a", "slow.json", "a"]).exits(0).stdout;
     assert!(
