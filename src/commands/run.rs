@@ -58,7 +58,7 @@ without --shard then writes the results of all.";
 pub struct Args {
     /// The configuration.
     config: PathBuf,
-    /// Folder for records, pictures and report; default results/<name of the experiment>.
+    /// Folder for records, pictures and report; results/NAME by default, where NAME is that of the experiment.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Run on this volume instead of those of the configuration: a file of any format, a folder of slices, or a

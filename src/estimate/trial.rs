@@ -37,7 +37,7 @@ pub struct Trial {
 /// A picture of a trial: its samples, and milliseconds of a frame.
 pub(super) type Drawn = (f64, f64);
 
-/// Milliseconds of a frame: `fixed_ms + ms_per_sample × samples`, samples as [`samples`] counts them.
+/// Milliseconds of a frame: `fixed_ms + ms_per_sample × samples`, samples as `samples` counts them.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Frames {
     /// What a frame takes however small it is.

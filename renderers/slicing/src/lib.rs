@@ -7,7 +7,7 @@
 //!
 //! Slices of the geometry *axis* can also be drawn from a ring of four decoded layers, for the site *ring*.
 //!
-//! `shaders/slicing` and [`mirror`] are the same arithmetic in the same order; the mirror sums in single precision.
+//! `shaders/slicing` and `mirror` are the same arithmetic in the same order; the mirror sums in single precision.
 //! Slices cannot end a ray early: `early_termination` means nothing to this renderer.
 
 mod layers;

@@ -1,6 +1,6 @@
 //! The folder of results: whose it is, which files in it are ours, and what becomes of those that an earlier run left.
 //!
-//! A list ([`marker`]) names every file of ours, and only these are ever replaced or removed. Results of an earlier run
+//! A list (`marker`) names every file of ours, and only these are ever replaced or removed. Results of an earlier run
 //! stand until the new one has its first cell: until then its files lie in a temporary folder beside them.
 
 mod judge;
