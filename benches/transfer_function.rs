@@ -66,8 +66,8 @@ fn functions() -> Vec<(String, TransferFunction)> {
 
 fn search(function: &TransferFunction) -> String {
     match function.search() {
-        SegmentSearch::Every { fours } => format!("every, {fours} × 4"),
-        SegmentSearch::Guide => "guide".to_owned(),
+        SegmentSearch::Every { .. } => "every".to_owned(),
+        SegmentSearch::Guide { wide } => if wide { "wide guide" } else { "guide" }.to_owned(),
         SegmentSearch::Tree { levels } => format!("tree, {levels} levels"),
     }
 }

@@ -1,9 +1,14 @@
-// A guide over the domain: each cell says how many control points lie below it, and names the next three. Its uniform
-// holds the ends of the domain, cells per data unit, and the last cell.
-fn transfer_segment(value: f32) -> u32 {
-    let inside = clamp(value, transfer_guide.x, transfer_guide.y);
-    let cell = u32(min((inside - transfer_guide.x) * transfer_guide.z, transfer_guide.w));
+// A guide over the domain: each cell says how many control points lie below it, and names the one before, the one that it
+// may hold, and the next. The view holds the ends of the domain, cells per data unit, and the last cell.
+fn transfer_segment(value: f32) -> Segment {
+    let guide = view.transfer_keys[0];
+    let inside = clamp(value, guide.x, guide.y);
+    let cell = u32(min((inside - guide.x) * guide.z, guide.w));
     let named = transfer_texel(cell, 0u);
-    let passed = vec3<u32>(vec3<f32>(value) >= named.yzw);
-    return u32(named.x) + passed.x + passed.y + passed.z;
+    let passed = value >= named.z;
+    return Segment(
+        u32(named.x) + u32(passed),
+        select(named.y, named.z, passed),
+        select(named.z, named.w, passed),
+    );
 }

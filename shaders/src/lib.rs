@@ -85,6 +85,8 @@ templates! {
     KEYS_PASSED = "classify/keys_passed.wgsl";
     /// The segment of a value, by a guide over the domain.
     SEGMENT_GUIDE = "classify/segment_guide.wgsl";
+    /// The segment of a value, by a guide whose cells hold several points.
+    SEGMENT_WIDE_GUIDE = "classify/segment_wide_guide.wgsl";
     /// Classification of scalars.
     CLASSIFY_SCALAR = "classify/scalar.wgsl";
     /// What a scalar's surfaces follow.

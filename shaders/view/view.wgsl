@@ -11,6 +11,8 @@ struct View {
     up: vec3<f32>,
     voxel_size: vec3<f32>,
     size: vec2<u32>,
+    // What finds the segment of the transfer function; see `SegmentSearch` in cvr-core.
+    transfer_keys: array<vec4<f32>, 2>,
 }
 
 struct Ray {

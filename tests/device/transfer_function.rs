@@ -30,20 +30,22 @@ fn opaque(values: impl IntoIterator<Item = f32>) -> TransferFunction {
 
 /// Functions of every search and every depth of it.
 fn kinds() -> Vec<(&'static str, SegmentSearch, TransferFunction)> {
-    let every = |fours| SegmentSearch::Every { fours };
+    let every = |points| SegmentSearch::Every { points };
+    let guide = |wide| SegmentSearch::Guide { wide };
     let tree = |levels| SegmentSearch::Tree { levels };
     let crowded = |n: u16| (0..n - 1).map(|i| f32::from(i) * 1e-3).chain([65535.0]);
     let labels = (0..2048).flat_map(|label| [label as f32 - 0.5, label as f32 + 0.5]);
     vec![
-        ("two", every(1), opaque([0.0, 255.0])),
-        ("narrow peak", every(2), opaque([0.0, 290.0, 300.0, 310.0, 65535.0])),
-        ("window", every(1), opaque([-1024.0, -160.0, 240.0, 30000.0])),
-        ("steps", every(2), opaque([0.0, 5.0, 5.0, 9.0, 9.0, 9.0, 12.0, 12.0])),
-        ("all of f32", every(1), opaque([f32::MIN, -1.0, 1e-37, f32::MAX])),
-        ("smallest", every(1), opaque([f32::MIN_POSITIVE, f32::MIN_POSITIVE.next_up(), 2e-38])),
-        ("small and large", every(2), opaque([-1e30, -1e-30, 0.0, 1e-30, 1.1e-30, 1e30])),
-        ("labels", SegmentSearch::Guide, labels_of(labels)),
-        ("256", SegmentSearch::Guide, opaque((0..256).map(|i| i as f32 * 257.0))),
+        ("two", every(2), opaque([0.0, 255.0])),
+        ("narrow peak", every(5), opaque([0.0, 290.0, 300.0, 310.0, 65535.0])),
+        ("window", every(4), opaque([-1024.0, -160.0, 240.0, 30000.0])),
+        ("steps", every(8), opaque([0.0, 5.0, 5.0, 9.0, 9.0, 9.0, 12.0, 12.0])),
+        ("all of f32", every(4), opaque([f32::MIN, -1.0, 1e-37, f32::MAX])),
+        ("smallest", every(3), opaque([f32::MIN_POSITIVE, f32::MIN_POSITIVE.next_up(), 2e-38])),
+        ("small and large", every(6), opaque([-1e30, -1e-30, 0.0, 1e-30, 1.1e-30, 1e30])),
+        ("labels", guide(true), labels_of(labels)),
+        ("256", guide(false), opaque((0..256).map(|i| i as f32 * 257.0))),
+        ("three by three", guide(true), opaque((0..300).map(|i| (i / 3 * 5000 + i % 3) as f32))),
         ("24 crowded", tree(2), opaque(crowded(24))),
         ("25 crowded", tree(3), opaque(crowded(25))),
         ("growing", tree(4), opaque((0..400).map(|i| 1e-8 * 1.1_f32.powi(i)))),

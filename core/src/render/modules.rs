@@ -71,9 +71,9 @@ impl SceneModules {
             self.templates.push(shaders::CLASSIFY_SCALAR);
         }
         let function = &view.transfer_function;
-        let bytes = |texels: &[[f32; 4]]| bytemuck::cast_slice(texels).to_vec();
-        self.read(BindingKind::TransferTable, bytes(&function.table()));
-        self.read(BindingKind::TransferSegments(function.search()), bytes(&function.search_uniform()));
+        let table = bytemuck::cast_slice(&function.table()).to_vec();
+        self.read(BindingKind::TransferTable, table);
+        self.read(BindingKind::TransferSegments(function.search()), Vec::new());
         Ok(())
     }
 

@@ -28,34 +28,20 @@ pub struct ControlPoint {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
     points: Vec<ControlPoint>,
-    /// Of segment k, which lies between the points k − 1 and k; the first and the last lie beyond the ends.
-    shares: Vec<Share>,
-    /// How many of the segments before segment k show anything.
+    /// Segment k lies between the points k − 1 and k; the first and the last lie beyond the ends. How many of the segments before segment k show anything.
     shown_before: Vec<u32>,
     search: SegmentSearch,
 }
 
-/// How far a value lies within its segment, 0 to 1: `(value · scale − offset) · inverse`.
+/// How far a value lies within a segment, 0 to 1: `share_of` of the shader.
 ///
-/// The scale is a power of two that brings the larger end of the segment to 2 … 4. Products with it are exact, and neither
-/// the difference nor the inverse of the width overflows or vanishes, whatever the segment. Where the colour is constant all
-/// three are 0.
-#[derive(Copy, Clone, Debug, Default, PartialEq)]
-struct Share {
-    scale: f32,
-    offset: f32,
-    inverse: f32,
-}
-
-impl Share {
-    /// `low < high`, neither subnormal.
-    fn between(low: f32, high: f32) -> Self {
-        // The biased exponents of the larger end and of the scale add up to 255.
-        let larger = low.abs().max(high.abs());
-        let scale = f32::from_bits(!larger.to_bits() & f32::INFINITY.to_bits());
-        let [low, high] = [low, high].map(|end| f64::from(end) * f64::from(scale));
-        Self { scale, offset: low as f32, inverse: (1.0 / (high - low)) as f32 }
-    }
+/// The scale is a power of two that brings the larger end of the segment to 2 … 4: the biased exponents of both add up to 255.
+/// Products with it are exact, and no difference overflows or vanishes.
+fn share_of(value: f32, [low, high]: [f32; 2]) -> f32 {
+    let larger = low.abs().max(high.abs()).max(1e-37);
+    let scale = f32::from_bits(!larger.to_bits() & f32::INFINITY.to_bits());
+    let first = low * scale;
+    ((value.clamp(low, high) * scale - first) / (high * scale - first).max(1e-9)).min(1.0)
 }
 
 /// Why control points make no transfer function.
@@ -108,13 +94,7 @@ impl TransferFunction {
         if values[0] >= values[values.len() - 1] {
             return Err(TransferFunctionError::Flat);
         }
-        let inner = |pair: &[f32]| match pair {
-            &[low, high] if low < high => Share::between(low, high),
-            _ => Share::default(),
-        };
-        let beyond = || std::iter::once(Share::default());
-        let shares = beyond().chain(values.windows(2).map(inner)).chain(beyond()).collect();
-        let mut function = Self { points, shares, shown_before: vec![0], search: SegmentSearch::of(&values) };
+        let mut function = Self { points, shown_before: vec![0], search: SegmentSearch::of(&values) };
         for segment in 0..=values.len() {
             let before = function.shown_before[segment];
             function.shown_before.push(before + u32::from(function.shows(segment)));
@@ -140,21 +120,25 @@ impl TransferFunction {
         self.search
     }
 
-    /// What the search reads from a uniform; empty where it reads none.
+    /// What the search reads from the view: all control points, the last one repeated; or the ends of the domain, cells per
+    /// data unit and the last cell of a guide.
     #[must_use]
-    pub fn search_uniform(&self) -> Vec<[f32; 4]> {
-        self.search.uniform(&self.values())
+    pub fn search_keys(&self) -> [[f32; 4]; 2] {
+        self.search.keys(&self.values())
     }
 
-    /// The texels that shaders bind, [`TransferFunction::TABLE_ROWS`] rows of equal length: what the search reads, how far a
-    /// value lies within each segment (scale, offset, inverse), and straight RGBA from where each segment begins.
+    /// The texels that shaders bind, [`TransferFunction::TABLE_ROWS`] rows of equal length: what the search reads, straight
+    /// RGBA from where each segment begins, and the values between which it lies.
     #[must_use]
     pub fn table(&self) -> Vec<[f32; 4]> {
         let last = self.search.last_segment(self.points.len());
-        let share = |segment: usize| self.shares.get(segment).copied().unwrap_or_default();
-        let shares = (0..=last).map(share).map(|s| [s.scale, s.offset, s.inverse, 0.0]).collect();
+        let ends = |segment: usize| {
+            let [low, high] = self.ends(segment);
+            [low, high, 0.0, 0.0]
+        };
         let colours = (0..=last + 1).map(|segment| self.colour(segment)).collect();
-        let rows: [Vec<[f32; 4]>; Self::TABLE_ROWS] = [self.search.texels(&self.values()), shares, colours];
+        let rows: [Vec<[f32; 4]>; Self::TABLE_ROWS] =
+            [self.search.texels(&self.values()), colours, (0..=last).map(ends).collect()];
         let width = rows.iter().map(Vec::len).max().unwrap_or(0);
         let padded = |mut row: Vec<[f32; 4]>| {
             row.resize(width, [0.0; 4]);
@@ -167,8 +151,7 @@ impl TransferFunction {
     #[must_use]
     pub fn classify(&self, value: f32) -> [f32; 4] {
         let segment = self.segment(value);
-        let Share { scale, offset, inverse } = self.shares[segment];
-        let share = ((value * scale - offset) * inverse).min(1.0);
+        let share = share_of(value, self.ends(segment));
         let (low, high) = (self.colour(segment), self.colour(segment + 1));
         std::array::from_fn(|c| low[c] + (high[c] - low[c]) * share)
     }
@@ -197,6 +180,12 @@ impl TransferFunction {
     /// The colour where a segment begins, which is that of the point before it.
     fn colour(&self, segment: usize) -> [f32; 4] {
         self.points[segment.saturating_sub(1).min(self.points.len() - 1)].rgba
+    }
+
+    /// Where a segment begins and ends; the same value beyond the points.
+    fn ends(&self, segment: usize) -> [f32; 2] {
+        let last = self.points.len() - 1;
+        [segment.saturating_sub(1), segment].map(|point| self.points[point.min(last)].value)
     }
 
     /// Whether a segment has a value that shows. One without width has no values.

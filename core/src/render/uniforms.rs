@@ -2,7 +2,7 @@
 
 use encase::internal::WriteInto;
 use encase::{ShaderSize, ShaderType, UniformBuffer};
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec3, Vec4};
 
 use super::colour::light_range;
 use super::{Projection, RayFrame, RenderError, Shading, View};
@@ -20,6 +20,7 @@ pub(super) struct ViewUniform {
     up: Vec3,
     voxel_size: Vec3,
     size: UVec2,
+    transfer_keys: [Vec4; 2],
 }
 
 impl ViewUniform {
@@ -38,6 +39,7 @@ impl ViewUniform {
             up,
             voxel_size: rays.voxel_size,
             size: UVec2::from_array(view.size),
+            transfer_keys: view.transfer_function.search_keys().map(Vec4::from_array),
         }
     }
 }

@@ -129,7 +129,7 @@ pub enum BindingKind {
     Macrocells,
     /// 2-D texture `transfer_table` of [`crate::render::TransferFunction::TABLE_ROWS`] rows, in single precision.
     TransferTable,
-    /// What finds the segment of a value; the uniform that it reads, if any.
+    /// What finds the segment of a value. It is text, and binds nothing of its own.
     TransferSegments(SegmentSearch),
     /// Storage `image: array<vec4<f32>>`, written.
     Image,
@@ -183,11 +183,15 @@ impl BindingKind {
     /// Whether it is a storage buffer.
     #[must_use]
     pub const fn is_storage(&self) -> bool {
-        let is_texture = matches!(
+        let is_other = matches!(
             self,
-            Self::TransferTable | Self::VolumeTexture { .. } | Self::VolumeSampler | Self::RingSampler
+            Self::TransferTable
+                | Self::TransferSegments(_)
+                | Self::VolumeTexture { .. }
+                | Self::VolumeSampler
+                | Self::RingSampler
         );
-        !is_texture && !self.is_uniform()
+        !is_other && !self.is_uniform()
     }
 
     /// Whether it is a uniform.
@@ -199,7 +203,6 @@ impl BindingKind {
                 | Self::Clip
                 | Self::Lighting
                 | Self::Colour
-                | Self::TransferSegments(_)
                 | Self::Slabs
                 | Self::Slab(_)
                 | Self::Pieces

@@ -45,7 +45,7 @@ fn inline(
 
 /// What pictures bind.
 fn picture() -> [BindingKind; 4] {
-    let segments = BindingKind::TransferSegments(SegmentSearch::Every { fours: 1 });
+    let segments = BindingKind::TransferSegments(SegmentSearch::Every { points: 2 });
     [BindingKind::View, BindingKind::TransferTable, segments, BindingKind::Image]
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use cvr_shaders::Template;
 
-use super::{Binding, BindingKind, Origin, Segment, ShaderError, segments};
+use super::{Binding, BindingKind, Origin, Segment, ShaderError};
 use crate::codec::{Constant, ConstantValue, DecodedForm};
 use crate::render::RING_LAYERS;
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
@@ -112,15 +112,7 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
     let mut text = String::new();
     let mut bindings = Vec::new();
     for (kind, binding) in kinds.iter().zip(0..) {
-        let segments;
         let declaration = match kind {
-            BindingKind::TransferSegments(search) => match segments::declaration(*search) {
-                Some(declaration) => {
-                    segments = declaration;
-                    &segments
-                }
-                None => continue,
-            },
             BindingKind::View => "var<uniform> view: View;",
             BindingKind::Clip => "var<uniform> clip: Clip;",
             BindingKind::Lighting => "var<uniform> lighting: Lighting;",
@@ -136,7 +128,8 @@ pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
             BindingKind::Dumped => "var<uniform> dumped: Dumped;",
             BindingKind::Slab(_) => "var<uniform> slab: Slab;",
             BindingKind::Texels(_) => "var<storage, read_write> texels: array<u32>;",
-            BindingKind::Words { .. }
+            BindingKind::TransferSegments(_)
+            | BindingKind::Words { .. }
             | BindingKind::Scratch { .. }
             | BindingKind::VolumeTexture { .. }
             | BindingKind::VolumeSampler

@@ -178,7 +178,6 @@ fn resident(
         | BindingKind::Slabs
         | BindingKind::Colour
         | BindingKind::OpacityTable
-        | BindingKind::TransferSegments(_)
         | BindingKind::Macrocells => {
             let input = input_of(&binding.kind, supplies.inputs)?;
             let usage = if binding.kind.is_uniform() { wgpu::BufferUsages::UNIFORM } else { storage };
@@ -187,6 +186,7 @@ fn resident(
             contents.resize(contents.len().next_multiple_of(16), 0);
             Resident::Buffer(device.filled_buffer("input", usage, &contents)?)
         }
+        BindingKind::TransferSegments(_) => return Err(missing("a search, which binds nothing")),
         BindingKind::TransferTable => {
             let input = input_of(&binding.kind, supplies.inputs)?;
             Resident::Texture(table(device, &input.contents))

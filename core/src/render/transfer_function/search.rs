@@ -4,13 +4,16 @@
 /// values themselves lie in buffers.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum SegmentSearch {
-    /// It compares with every point; they lie in a uniform.
+    /// It compares with every point; they lie in the view.
     Every {
-        /// Points in fours, the last one repeated.
-        fours: u32,
+        /// How many there are.
+        points: u32,
     },
     /// A guide of equal cells over the domain names the points that a cell may hold.
-    Guide,
+    Guide {
+        /// Whether they are up to three, and not one.
+        wide: bool,
+    },
     /// A tree of four values in each node.
     Tree {
         /// Nodes from the root to a leaf.
@@ -21,8 +24,6 @@ pub enum SegmentSearch {
 impl SegmentSearch {
     /// Most points that are all compared with.
     const EVERY: usize = 8;
-    /// Points that a cell of a guide names.
-    const NAMED: usize = 3;
     /// Cells that a guide may have.
     const CELLS: [usize; 3] = [1024, 4096, 8192];
     /// A shader may round a value by less than this into the cell beside its own, in cells.
@@ -37,10 +38,12 @@ impl SegmentSearch {
     /// The cheapest for these values, which do not decrease.
     pub(super) fn of(values: &[f32]) -> Self {
         if values.len() <= Self::EVERY {
-            return Self::Every { fours: values.len().div_ceil(4) as u32 };
+            return Self::Every { points: values.len() as u32 };
         }
-        if guide(values).is_some() {
-            return Self::Guide;
+        for wide in [false, true] {
+            if guide(values, wide).is_some() {
+                return Self::Guide { wide };
+            }
         }
         let mut levels = 1;
         while keys_of(levels) < values.len() {
@@ -52,30 +55,23 @@ impl SegmentSearch {
     /// The last segment that the search may name. Those beyond the last point are all alike.
     pub(super) fn last_segment(self, points: usize) -> usize {
         match self {
-            Self::Every { fours } => 4 * fours as usize,
-            Self::Guide => points + Self::NAMED,
+            Self::Every { .. } => points,
+            Self::Guide { wide } => points + named(wide),
             Self::Tree { levels } => keys_of(levels).min(Self::TREE_END),
         }
     }
 
-    /// Whether it reads a uniform.
-    #[must_use]
-    pub const fn has_uniform(self) -> bool {
-        !matches!(self, Self::Tree { .. })
-    }
-
-    pub(super) fn uniform(self, values: &[f32]) -> Vec<[f32; 4]> {
+    /// Keys of the view.
+    pub(super) fn keys(self, values: &[f32]) -> [[f32; 4]; 2] {
         match self {
-            Self::Every { fours } => {
-                (0..fours as usize).map(|i| std::array::from_fn(|k| key(values, 4 * i + k))).collect()
-            }
-            Self::Guide => {
+            Self::Every { .. } => [0, 1].map(|four| std::array::from_fn(|k| key(values, 4 * four + k))),
+            Self::Guide { wide } => {
                 let (first, last) = (values[0], key(values, values.len()));
-                let cells = guide(values).map_or(0, |cells| cells.len());
+                let cells = guide(values, wide).map_or(0, |cells| cells.len());
                 let per_unit = cells as f64 / (f64::from(last) - f64::from(first));
-                vec![[first, last, per_unit as f32, cells as f32 - 1.0]]
+                [[first, last, per_unit as f32, cells as f32 - 1.0], [0.0; 4]]
             }
-            Self::Tree { .. } => Vec::new(),
+            Self::Tree { .. } => [[0.0; 4]; 2],
         }
     }
 
@@ -83,13 +79,14 @@ impl SegmentSearch {
     pub(super) fn texels(self, values: &[f32]) -> Vec<[f32; 4]> {
         match self {
             Self::Every { .. } => Vec::new(),
-            Self::Guide => {
-                let named = |below: usize| [0, 1, 2].map(|k| key(values, below + k));
+            Self::Guide { wide } => {
                 let cell = |below: usize| {
-                    let [a, b, c] = named(below);
+                    let from = if wide { below } else { below.saturating_sub(1) };
+                    let keys = [from, below + usize::from(wide), below + 1 + usize::from(wide)];
+                    let [a, b, c] = keys.map(|i| key(values, i));
                     [below as f32, a, b, c]
                 };
-                guide(values).into_iter().flatten().map(cell).collect()
+                guide(values, wide).into_iter().flatten().map(cell).collect()
             }
             Self::Tree { levels } => {
                 let level = |depth: u32| {
@@ -109,6 +106,11 @@ const fn keys_of(levels: u32) -> usize {
     5_usize.pow(levels) - 1
 }
 
+/// Most points in a cell of a guide.
+const fn named(wide: bool) -> usize {
+    if wide { 3 } else { 1 }
+}
+
 /// Value `i`, or the last one.
 fn key(values: &[f32], i: usize) -> f32 {
     values[i.min(values.len() - 1)]
@@ -116,7 +118,7 @@ fn key(values: &[f32], i: usize) -> f32 {
 
 /// Of each cell how many values lie below it for certain, however its position is rounded; `None` where no guide has cells
 /// so small that none holds more values than it can name.
-fn guide(values: &[f32]) -> Option<Vec<usize>> {
+fn guide(values: &[f32], wide: bool) -> Option<Vec<usize>> {
     let ends = [values[0], values[values.len() - 1]];
     let [first, last] = ends.map(f64::from);
     if ends.iter().any(|end| end.abs() > SegmentSearch::MAGNITUDE) || last - first < SegmentSearch::WIDTH {
@@ -133,7 +135,7 @@ fn guide(values: &[f32]) -> Option<Vec<usize>> {
             while reached < values.len() && position(values[reached]) <= end {
                 reached += 1;
             }
-            (reached - below <= SegmentSearch::NAMED).then_some(below)
+            (reached - below <= named(wide)).then_some(below)
         };
         (0..cells).map(cell).collect()
     })

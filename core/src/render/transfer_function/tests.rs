@@ -38,27 +38,47 @@ fn coloured(values: impl IntoIterator<Item = f32>) -> TransferFunction {
 
 /// What the shader computes, from the table and the uniform that it reads.
 fn by_table(f: &TransferFunction, value: f32) -> [f32; 4] {
-    let (table, uniform) = (f.table(), f.search_uniform());
+    let (table, uniform) = (f.table(), f.search_keys());
     let texel = |i: usize, row: usize| table[row * (table.len() / TransferFunction::TABLE_ROWS) + i];
     let passed = |keys: &[f32]| keys.iter().filter(|key| value >= **key).count();
-    let segment = match f.search() {
-        SegmentSearch::Every { .. } => uniform.iter().map(|keys| passed(keys)).sum(),
-        SegmentSearch::Guide => {
+    let ends = |segment: usize| [texel(segment, 2)[0], texel(segment, 2)[1]];
+    let (segment, ends) = match f.search() {
+        SegmentSearch::Every { points } => {
+            let key = |i: u32| uniform[i as usize / 4][i as usize % 4];
+            (0..points).fold((0, [key(0); 2]), |found, i| {
+                let next = [key(i), key((i + 1).min(points - 1))];
+                if value >= key(i) { (i as usize + 1, next) } else { found }
+            })
+        }
+        SegmentSearch::Guide { wide } => {
             let [first, last, per_unit, most] = uniform[0];
             let cell = ((value.clamp(first, last) - first) * per_unit).min(most) as usize;
-            let named = texel(cell, 0);
-            named[0] as usize + passed(&named[1..])
+            guided(texel(cell, 0), wide, value, ends)
         }
         SegmentSearch::Tree { levels } => {
             let at = (0..levels)
                 .fold(0, |at, level| 5 * at + passed(&texel((5_usize.pow(level) - 1) / 4 + at, 0)));
-            at.min(SegmentSearch::TREE_END)
+            let at = at.min(SegmentSearch::TREE_END);
+            (at, ends(at))
         }
     };
-    let ([scale, offset, inverse, _], low, high) =
-        (texel(segment, 1), texel(segment, 2), texel(segment + 1, 2));
-    let share = ((value * scale - offset) * inverse).min(1.0);
+    let (low, high, share) = (texel(segment, 1), texel(segment + 1, 1), share_of(value, ends));
     std::array::from_fn(|c| low[c] + (high[c] - low[c]) * share)
+}
+
+/// The segment that a cell of a guide leads to, and its ends.
+fn guided(
+    [below, a, b, c]: [f32; 4],
+    wide: bool,
+    value: f32,
+    ends: impl Fn(usize) -> [f32; 2],
+) -> (usize, [f32; 2]) {
+    let below = below as usize;
+    if wide {
+        let segment = below + [a, b, c].iter().filter(|key| value >= **key).count();
+        return (segment, ends(segment));
+    }
+    if value >= b { (below + 1, [b, c]) } else { (below, [a, b]) }
 }
 
 /// Values at which a function could go wrong: its points, what lies next to them, between them, and beyond.
@@ -76,26 +96,28 @@ fn telling(f: &TransferFunction) -> Vec<f32> {
 
 /// Functions of every kind, with the search that each is to have.
 fn kinds() -> Vec<(&'static str, TransferFunction, SegmentSearch)> {
-    let every = |fours| SegmentSearch::Every { fours };
+    let every = |points| SegmentSearch::Every { points };
+    let guide = |wide| SegmentSearch::Guide { wide };
     let tree = |levels| SegmentSearch::Tree { levels };
     let even = |n: u16| (0..n).map(move |i| f32::from(i) * 65535.0 / f32::from(n - 1));
     // Each 1.1 times as far from 0 as the one before: most lie in one cell of any guide.
     let growing = |n: i32| (0..n).map(move |i| 1e-8 * 1.1_f32.powi(i));
     let crowded = |n: u16| (0..n - 1).map(|i| f32::from(i) * 1e-3).chain([65535.0]);
     vec![
-        ("two", coloured([0.0, 255.0]), every(1)),
-        ("one unit wide", coloured([1.0, 1.0_f32.next_up()]), every(1)),
-        ("narrow peak", coloured([0.0, 290.0, 300.0, 310.0, 65535.0]), every(2)),
-        ("steps", coloured([0.0, 5.0, 5.0, 9.0, 9.0, 9.0, 12.0, 12.0]), every(2)),
-        ("window", coloured([-1024.0, -160.0, 240.0, 30000.0]), every(1)),
-        ("all of f32", coloured([f32::MIN, -1.0, 1e-37, f32::MAX]), every(1)),
-        ("all of f32, two", coloured([f32::MIN, f32::MAX]), every(1)),
-        ("smallest", coloured([f32::MIN_POSITIVE, f32::MIN_POSITIVE.next_up(), 2e-38]), every(1)),
-        ("small and large", coloured([-1e30, -1e-30, 0.0, 1e-30, 1.1e-30, 1e30]), every(2)),
-        ("nine", coloured(even(9)), SegmentSearch::Guide),
-        ("256", coloured(even(256)), SegmentSearch::Guide),
-        ("4096", coloured(even(4096)), SegmentSearch::Guide),
-        ("shifted", coloured((0..2000).map(|i| 1e6 + i as f32)), SegmentSearch::Guide),
+        ("two", coloured([0.0, 255.0]), every(2)),
+        ("one unit wide", coloured([1.0, 1.0_f32.next_up()]), every(2)),
+        ("narrow peak", coloured([0.0, 290.0, 300.0, 310.0, 65535.0]), every(5)),
+        ("steps", coloured([0.0, 5.0, 5.0, 9.0, 9.0, 9.0, 12.0, 12.0]), every(8)),
+        ("window", coloured([-1024.0, -160.0, 240.0, 30000.0]), every(4)),
+        ("all of f32", coloured([f32::MIN, -1.0, 1e-37, f32::MAX]), every(4)),
+        ("all of f32, two", coloured([f32::MIN, f32::MAX]), every(2)),
+        ("smallest", coloured([f32::MIN_POSITIVE, f32::MIN_POSITIVE.next_up(), 2e-38]), every(3)),
+        ("small and large", coloured([-1e30, -1e-30, 0.0, 1e-30, 1.1e-30, 1e30]), every(6)),
+        ("nine", coloured(even(9)), guide(false)),
+        ("256", coloured(even(256)), guide(false)),
+        ("4096", coloured(even(4096)), guide(false)),
+        ("shifted", coloured((0..2000).map(|i| 1e6 + i as f32)), guide(false)),
+        ("three by three", coloured((0..300).map(|i| (i / 3 * 5000 + i % 3) as f32)), guide(true)),
         ("24 crowded", coloured(crowded(24)), tree(2)),
         ("25 crowded", coloured(crowded(25)), tree(3)),
         ("400 growing", coloured(growing(400)), tree(4)),
@@ -150,15 +172,16 @@ fn the_shader_reads_what_the_cpu_computes_with() {
 /// A shader may round a position in cells: the cells beside it lead to the same segment there.
 #[test]
 fn a_guide_holds_beside_the_border_of_its_cells() {
-    for (name, f, _) in kinds().into_iter().filter(|(.., search)| *search == SegmentSearch::Guide) {
-        let (table, [first, last, per_unit, most]) = (f.table(), f.search_uniform()[0]);
+    for (name, f, search) in kinds() {
+        let SegmentSearch::Guide { wide } = search else { continue };
+        let (table, [first, last, per_unit, most]) = (f.table(), f.search_keys()[0]);
         for value in telling(&f) {
             let position = (value.clamp(first, last) - first) * per_unit;
             for nudged in [position - 2e-3, position + 2e-3] {
-                let [below, named @ ..] = table[nudged.clamp(0.0, most) as usize];
-                let passed = below as usize + named.iter().filter(|key| value >= **key).count();
-                let segment = passed.min(f.points().len());
-                assert_eq!(segment, f.segment(value), "{name} at {value:e}");
+                let cell = table[nudged.clamp(0.0, most) as usize];
+                let (segment, ends) = guided(cell, wide, value, |segment| f.ends(segment));
+                assert_eq!(segment.min(f.points().len()), f.segment(value), "{name} at {value:e}");
+                assert_eq!(ends, f.ends(segment), "{name} at {value:e}");
             }
         }
     }
