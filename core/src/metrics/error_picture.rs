@@ -19,7 +19,7 @@ pub struct ErrorClass {
     pub rgb: [u8; 3],
 }
 
-/// The four classes in rising order. In the first one the colour fades to [`FAINTEST`].
+/// The four classes in rising order. In the first one the colour fades to `FAINTEST`.
 pub const ERROR_CLASSES: [ErrorClass; 4] = [
     ErrorClass { label: "below 5 %", below: 0.05, rgb: [70, 120, 255] },
     ErrorClass { label: "5–10 %", below: 0.10, rgb: [30, 180, 80] },
