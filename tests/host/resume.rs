@@ -253,7 +253,8 @@ fn records_without_a_digest_are_run_again() {
     let said = "16 cell(s) are run again: their records carry no digest, as those of version 0.1.0 (cells/";
     assert!(ran.stderr.contains(said) && ran.stderr.contains(" and 15 more)"), "{}", ran.stderr);
     let again = resume(&folder);
-    assert_eq!((counts(&again), again.stderr.as_str()), ((16, 0), ""));
+    assert_eq!(counts(&again), (16, 0));
+    assert!(!again.stderr.contains("run again"), "{}", again.stderr);
 }
 
 #[test]
