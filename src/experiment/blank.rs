@@ -9,7 +9,7 @@ use super::record::Record;
 
 /// How remarks on scenes that show nothing begin.
 const SHOWS_NOTHING: &str = "shows nothing";
-/// Ranges of visible values, and frames, that are told one by one.
+/// How many ranges of visible values, and how many frames, a warning lists.
 const LISTED: usize = 4;
 
 /// Whether a picture shows nothing.
@@ -65,7 +65,7 @@ pub fn warnings(records: &[Record]) -> Vec<String> {
     warnings
 }
 
-/// Why the scene of a view shows nothing. Both ranges are told: where values are seen, and where they lie.
+/// Why the scene of a view shows nothing. It gives both ranges: where values are seen, and where they lie.
 #[must_use]
 pub fn reason(view: &View, channels: u32) -> String {
     let range = view.value_range;

@@ -52,7 +52,7 @@ pub fn open(path: &Path, lengths: RangeInclusive<u64>) -> Result<(File, u64), Ou
     Ok((file, length))
 }
 
-/// Opens without waiting for whoever writes to a FIFO.
+/// Opens at once: a FIFO would make it wait for a writer.
 fn open_at_once(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true);

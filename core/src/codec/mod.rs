@@ -100,8 +100,8 @@ pub trait Decoder: Send + Sync + Debug {
         out: &mut [f32],
     ) -> Result<(), DecodeError>;
 
-    /// Whether any box costs a whole frame, since the codec rebuilds frames as a whole. Of any other codec, whoever writes
-    /// voxels out decodes them piece by piece.
+    /// Whether any box costs a whole frame, since the codec rebuilds frames as a whole. Frames of any other codec are
+    /// decoded piece by piece where they are written out.
     fn rebuilds_frames(&self) -> bool {
         false
     }

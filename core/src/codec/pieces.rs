@@ -1,4 +1,4 @@
-//! A frame decoded piece by piece, for whoever writes voxels out and needs no two of them at a time.
+//! A frame decoded piece by piece. A writer of voxels needs one piece at a time.
 
 use rayon::prelude::*;
 
