@@ -30,7 +30,7 @@ Examples:
   cvr stability --config configs/stability.toml --list
 
 Every codec with its default settings, and those of the configuration, is taken through volumes that provoke, each with a
-dial from easy to hard, and drawn in scenes that provoke. Verdicts follow rules that docs/stability.md tells. The folder
+dial from easy to hard, and drawn in scenes that provoke. Verdicts follow rules that docs/user/stability.md tells. The folder
 then holds atlas.html (heat map, curves, breaking points, the worst pictures), atlas.csv, breaking.csv, encoders.csv and
 atlas.json.
 

@@ -1,5 +1,5 @@
 //! The stability atlas: every codec through volumes and scenes that provoke, and verdicts on what it makes of them.
-//! Volumes and rules are those of `cvr_core::stability`; the rules are told in `docs/stability.md`.
+//! Volumes and rules are those of `cvr_core::stability`; the rules are told in `docs/user/stability.md`.
 
 pub mod atlas;
 pub mod breaking;

@@ -1,4 +1,4 @@
-//! Verdicts of the stability atlas: when a codec holds, degrades or fails. The rules are told in `docs/stability.md`;
+//! Verdicts of the stability atlas: when a codec holds, degrades or fails. The rules are told in `docs/user/stability.md`;
 //! they were settled before anything was run by them.
 
 use serde::{Deserialize, Serialize};

@@ -21,7 +21,7 @@ pub(super) fn tables(known: &Known<'_>) -> Vec<(String, Table)> {
     let file = Key::required(
         "file",
         Shape::Path,
-        "A file of any format that `docs/inputs.md` lists, a folder of slices, or a pattern like `step*.raw` whose files \
+        "A file of any format that `docs/user/inputs.md` lists, a folder of slices, or a pattern like `step*.raw` whose files \
          are frames; `$NAME` stands for an environment variable",
     );
     let list = Shape::List { item: Box::new(Shape::Path), least: 1, most: None };
