@@ -332,7 +332,7 @@ fn nothing_one_bare_record_and_infinities_everywhere_are_reports_too() {
     assert_well_formed(&html(&Provenance::default(), &[], &[]));
     let bare = html(&Provenance::default(), &[record("v", "s3dc")], &[]);
     assert_well_formed(&bare);
-    assert!(bare.contains("Nothing was measured that could be drawn."));
+    assert!(bare.contains("No measured values to draw."));
     for value in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, 0.0, -1.0, 1e300] {
         let some = Some(value);
         let extreme = Record {
