@@ -37,7 +37,7 @@ const fn quantity(
     Quantity { field, name, kind, value, spread: |_| None }
 }
 
-/// What is compared, in the order in which it is shown.
+/// The compared quantities, in the order of the tables.
 pub const QUANTITIES: [Quantity; 9] = [
     quantity("encode_seconds", "encode", Kind::Once, |r| r.encode_seconds),
     quantity("decode_seconds", "decode", Kind::Once, |r| r.decode_seconds),
@@ -109,7 +109,7 @@ impl Quantity {
             return None;
         }
         if self.kind == Kind::Decibels {
-            // Lossless beside lossless is no difference.
+            // Two lossless cells do not differ.
             let change = if a == b { 0.0 } else { b - a };
             return Some(Compared {
                 first: a,

@@ -123,7 +123,7 @@ fn truth(field: &Field) -> Result<bool, InputError> {
     }
 }
 
-/// `MET_LONG` has 32 bits, whatever the machine's `long` has: so MetaIO's table of sizes.
+/// `MET_LONG` has 32 bits, as in MetaIO's table of sizes, independent of the machine's `long`.
 fn sample_type(field: &Field) -> Result<StoredType, InputError> {
     Ok(match field.value.as_str() {
         "MET_UCHAR" => StoredType::U8,

@@ -61,7 +61,7 @@ const PAGE: &str = "report.html";
 /// taken from the records' paths relative to the folder.
 ///
 /// # Errors
-/// When the page cannot be put together or written. A picture that cannot be read is no error: the page says so.
+/// When the page cannot be put together or written. A picture that cannot be read is not an error: the page says so.
 pub fn write(
     out: &OutFolder,
     provenance: &Provenance,

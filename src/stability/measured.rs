@@ -9,7 +9,7 @@ use crate::experiment::cell_file::Keyed;
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ended {
-    /// It kept what it promised.
+    /// It kept its promises.
     #[default]
     Kept,
     /// It declined the volume.

@@ -71,7 +71,7 @@ pub fn gigabytes(bytes: u64) -> String {
     }
 }
 
-/// A sum, and what it may come to.
+/// A sum and its limit.
 struct Account {
     bound: RwLock<Option<Bound>>,
     taken: AtomicU64,
@@ -103,7 +103,7 @@ pub fn allow(bound: Bound) {
     *PROCESS.bound.write().unwrap_or_else(PoisonError::into_inner) = Some(bound);
 }
 
-/// What may be taken; `None` where there is no bound.
+/// What may be taken; `None` where there is not a bound.
 #[must_use]
 pub fn allowed() -> Option<Bound> {
     PROCESS.bound()
@@ -131,8 +131,8 @@ pub fn zeroed<T: Clone + Default>(count: u64, what: impl Fn() -> String) -> Resu
     Ok(vec![T::default(); count])
 }
 
-/// Bytes that are taken as long as this lives. It stands beside the buffer in whatever keeps one; equal to any other, so
-/// that its owner compares by what it holds.
+/// Bytes that are taken as long as this lives. It is a field beside the buffer. It equals any other `Held`, so owners
+/// compare by their contents.
 #[derive(Debug, Default)]
 pub struct Held(u64);
 
@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(zeroed::<f32>(3, String::new).unwrap(), [0.0; 3]);
     }
 
-    /// Other tests of this process hold buffers at the same time: only a size that none of them has tells.
+    /// Other tests of this process hold buffers at the same time: only a size that none of them has is conclusive.
     #[test]
     fn a_buffer_counts_as_long_as_it_lives() {
         const LARGE: u64 = 1 << 50;

@@ -1,5 +1,4 @@
-//! What a figure is called, in which unit it is, and what it means: one truth for records, reports and
-//! `docs/user/evaluation.md`.
+//! Name, unit and meaning of each figure. Records, reports and `docs/user/evaluation.md` read this one list.
 
 /// Which values of a figure are good.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]

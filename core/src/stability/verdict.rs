@@ -1,4 +1,4 @@
-//! Verdicts of the stability atlas: when a codec holds, degrades or fails. The rules are told in `docs/user/stability.md`;
+//! Verdicts of the stability atlas: when a codec holds, degrades or fails. `docs/user/stability.md` documents the rules;
 //! they were settled before anything was run by them.
 
 use serde::{Deserialize, Serialize};
@@ -42,7 +42,7 @@ impl std::fmt::Display for Verdict {
 pub enum Reason {
     /// The codec does not take such volumes.
     Refused,
-    /// An error bound or a value range that was promised does not hold, a decoded value is no number, or encoding or
+    /// An error bound or a value range that was promised does not hold, a decoded value is not a number, or encoding or
     /// decoding ends in an error.
     Promise,
     /// The file is at least as large as the uncompressed one, and yet something is lost.
@@ -80,10 +80,10 @@ pub const WORSE: f64 = 1.01;
 /// By how much the picture error may grow along a dial, as a ratio of root mean squares.
 pub const DEGRADED: f64 = 2.0;
 
-/// What became of the codec's own word.
+/// Whether the codec kept its promises.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Word {
-    /// The codec encoded, decoded, and kept whatever it promised.
+    /// The codec encoded, decoded, and kept its promises.
     Kept,
     /// It declined the volume; its reason.
     Refused(String),
@@ -136,7 +136,7 @@ impl Judgement {
     }
 }
 
-/// Whether `own` is larger than `other`, beyond rounding and beyond what counts at all. What is no number is.
+/// Whether `own` is larger than `other`, beyond rounding and beyond what counts at all. A value that is not a number is.
 fn worse(own: f64, other: f64, floor: f64) -> bool {
     own.is_nan() || own > floor && own > WORSE * other
 }

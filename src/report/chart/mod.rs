@@ -49,7 +49,7 @@ pub struct Point {
     pub mark: Mark,
     /// Shown when pointed at.
     pub title: String,
-    /// Number of its record, if it stands for one.
+    /// Number of its record, if it has one.
     pub cell: Option<usize>,
     /// Whether it lies on a line of those that none beats.
     pub unbeaten: bool,

@@ -145,7 +145,7 @@ fn width<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<f64> {
     Some(width)
 }
 
-/// Adds the rows of a histogram up in bins of this width, of which one begins at 0.
+/// Adds up the rows of a histogram in bins of this width. One bin begins at 0.
 fn binned<'a>(series: String, record: &'a Record, rows: &[Row], width: f64) -> Shown<'a> {
     let mut shown = Shown { series, record, bins: BTreeMap::new(), infinite: 0, samples: 0 };
     for row in rows {

@@ -13,7 +13,7 @@ use crate::experiment::record::Record;
 
 const MIB: f64 = 1_048_576.0;
 
-/// Bytes that the device must have for a cell: what stays while it draws, or what it needs meanwhile to decode.
+/// Bytes that the device needs for a cell: while it draws or while it decodes, whichever is more.
 fn memory(record: &Record) -> Option<f64> {
     let bytes = record.resident_bytes?.max(record.device_decode_bytes.unwrap_or(0));
     (bytes > 0).then_some(bytes as f64)

@@ -107,7 +107,7 @@ struct Subject<'a> {
     family: Option<&'a str>,
     view: Option<&'a View>,
     device: Option<&'a str>,
-    /// How its numbers are defined, where its axes cannot tell.
+    /// Definition of its numbers, if the axes do not show it.
     note: Option<&'a str>,
 }
 

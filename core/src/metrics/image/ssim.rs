@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// By hand: constant pictures of 0.5 and 0.25 have no contrast, so that luminance alone counts. What is no number is
+    /// By hand: constant pictures of 0.5 and 0.25 have no contrast, so that luminance alone counts. A value that is not a number is
     /// not alike at all.
     #[test]
     fn constant_pictures_differ_in_luminance_alone() {

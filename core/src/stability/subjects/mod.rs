@@ -41,7 +41,7 @@ impl Subject {
         Self { name, doc, dial, steps, labels: false, frame: FrameIndex::FIRST, maker }
     }
 
-    /// All subjects, in the order in which tables list them.
+    /// All subjects, in the order of tables.
     pub fn all() -> impl Iterator<Item = &'static Self> {
         [smooth::SUBJECTS, edges::SUBJECTS, values::SUBJECTS, shapes::SUBJECTS, sequences::SUBJECTS]
             .into_iter()
