@@ -1,6 +1,7 @@
 //! MetaImage, the image format of ITK's MetaIO: <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
 //!
-//! Read are volumes of three axes, or four (the last is that of frames), with 1 or 3 channels, raw or zlib, in the same file (`LOCAL`) or in one data file.
+//! Reads volumes of three axes, or four (the last holds frames), with 1 or 3 channels, raw or zlib, in the same file
+//! (`LOCAL`) or in one data file.
 
 use std::path::PathBuf;
 

@@ -93,7 +93,7 @@ impl Atlas {
         Self { rows, breaking }
     }
 
-    /// Verdicts for which the codec's word is broken.
+    /// Verdicts of broken promises.
     pub fn broken(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| row.scene == VOXELS && row.reason == Some(Reason::Promise))
     }

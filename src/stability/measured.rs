@@ -87,7 +87,7 @@ pub struct Pictured {
 }
 
 impl Keyed for Measured {
-    /// A broken word is a finding like any other, and comes out again.
+    /// A broken promise is a result like any other, and survives a round trip.
     fn ended_well(&self) -> bool {
         true
     }

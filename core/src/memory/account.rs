@@ -1,4 +1,4 @@
-//! What is taken, against what may be.
+//! Memory in use, and its limit.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -33,7 +33,7 @@ pub struct OutOfMemory {
     pub needed: u64,
     /// Bytes that are taken already.
     pub taken: u64,
-    /// What may be taken; `None` where the system refused what no bound forbids.
+    /// The limit; `None` if the system refused memory that no limit forbids.
     pub bound: Option<Bound>,
 }
 
@@ -103,24 +103,24 @@ pub fn allow(bound: Bound) {
     *PROCESS.bound.write().unwrap_or_else(PoisonError::into_inner) = Some(bound);
 }
 
-/// What may be taken; `None` where there is not a bound.
+/// What may be taken; `None` if there is no limit.
 #[must_use]
 pub fn allowed() -> Option<Bound> {
     PROCESS.bound()
 }
 
-/// Whether so many bytes more may be taken; `what` needs them.
+/// Checks that this many more bytes may be taken; `what` needs them.
 ///
 /// # Errors
-/// When they may not.
+/// When they exceed the limit.
 pub fn check(bytes: u64, what: impl FnOnce() -> String) -> Result<(), OutOfMemory> {
     PROCESS.check(bytes, what)
 }
 
-/// So many zeros, once they are known to have room.
+/// A vector of zeros, after a check that it fits.
 ///
 /// # Errors
-/// When they may not be taken, or the system refuses them.
+/// When the limit or the system refuses them.
 pub fn zeroed<T: Clone + Default>(count: u64, what: impl Fn() -> String) -> Result<Vec<T>, OutOfMemory> {
     let needed = count.saturating_mul(size_of::<T>() as u64);
     check(needed, &what)?;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::{Bound, Source};
 
-/// Bytes that may be taken without others having to give: what Linux calls available, or less where a control group (of
-/// either version, at any height) allows less. `None` on systems that do not report it.
+/// Free bytes: what Linux reports as available, or less if a control group (of either version, at any height) allows
+/// less. `None` on systems that do not report it.
 #[must_use]
 pub fn free() -> Option<Bound> {
     free_under(Path::new("/"))

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What is said of one codec at one step of a dial, in one scene or of its voxels.
+/// The verdict on one codec at one step of a dial: in one scene, or on its voxels.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -11,7 +11,7 @@ pub enum Verdict {
     Refused,
     /// Neither of the following.
     Holds,
-    /// The picture is off by more than twice what it is at the easiest step of the dial.
+    /// The picture error is more than twice that at the easiest step of the dial.
     Degrades,
     /// It breaks its own promise, or the trivial codec does better at the same rate.
     Fails,
@@ -104,7 +104,7 @@ pub struct Observed {
     pub trivial_voxels: f64,
     /// Errors up to this count as none: one unit in the last place of the largest magnitude.
     pub voxel_floor: f64,
-    /// Whether the codec is the uncompressed one, which only has its word to keep.
+    /// Whether the codec is the uncompressed one, which only has to keep its promises.
     pub exempt: bool,
 }
 
@@ -141,7 +141,7 @@ fn worse(own: f64, other: f64, floor: f64) -> bool {
     own.is_nan() || own > floor && own > WORSE * other
 }
 
-/// What holds of voxels and pictures alike.
+/// The rules that voxels and pictures share.
 fn common(observed: &Observed) -> Option<Judgement> {
     match observed.word {
         Word::Refused(_) => {
@@ -155,7 +155,7 @@ fn common(observed: &Observed) -> Option<Judgement> {
     (observed.larger_than_raw && lossy).then_some(Judgement::fails(Reason::LargerThanRaw))
 }
 
-/// The verdict on voxels. They never degrade: that is said of pictures.
+/// The verdict on voxels. They never degrade: that verdict is for pictures only.
 #[must_use]
 pub fn judge_voxels(observed: &Observed) -> Judgement {
     common(observed).unwrap_or({

@@ -1,7 +1,7 @@
 //! A small chart type: series of marks and lines over two axes, drawn as SVG that follows the page's colours.
 //!
-//! Axes, grid, ticks and labels are `kuva`'s; marks are ours, since a chart here must tell failures, baselines,
-//! dominated cells and filters apart, by shape as well as by colour.
+//! Axes, grid, ticks and labels are `kuva`'s. Marks are ours: charts here distinguish failures, baselines, beaten cells
+//! and filters by shape as well as by colour.
 
 mod axis;
 mod draw;

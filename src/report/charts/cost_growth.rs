@@ -9,7 +9,7 @@ use crate::experiment::labels::full_coding;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::Record;
 
-/// Sizes that a fit needs: two would fit any power without telling whether it is one.
+/// Sizes that a fit needs: two points fit any power, and do not show whether growth is a power.
 const LEAST_SIZES: usize = 3;
 
 /// What grows.

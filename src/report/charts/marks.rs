@@ -120,8 +120,8 @@ pub(super) struct Placed<'a> {
     pub(super) mark: Mark,
 }
 
-/// Marks of cells that compete, those on top that none beats and the others grey; and the line along the former. `costs`
-/// says of a place what is to be low. A failed cell does not compete.
+/// Marks of competing cells, with unbeaten ones on top and the others grey, and the line along the unbeaten ones. `costs`
+/// returns the quantities to minimise. A failed cell does not compete.
 pub(super) fn contest(
     records: &[Record],
     palette: &Palette,

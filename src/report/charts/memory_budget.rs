@@ -1,5 +1,5 @@
-//! Given so much memory on the device: the best picture, and its frame time. A volume needs no more of a model than its
-//! scene does, so that this is asked of pictures and not of voxels.
+//! The best picture for a given amount of memory on the device, and its frame time. Pictures count and not voxels: a scene
+//! does not show all voxels.
 
 use super::super::cells::{Baseline, View, blends, shown};
 use super::super::chart::{Axis, Chart, Colour, Line, Mark, Point, Scale, Shape};

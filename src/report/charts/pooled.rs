@@ -40,8 +40,8 @@ impl Pool {
 }
 
 /// Mean over the volumes of a series' PSNR at the same rate, between the rates that all of its curves cover. A series is
-/// drawn if it has a curve of two points or more on each of the volumes on which any series has one, so that all lines are
-/// means over the same volumes. With the chart comes how it is defined, in words.
+/// drawn if it has a curve of two points or more on each of the volumes on which any series has one. All lines are then
+/// means over the same volumes. The chart comes with its definition in words.
 pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) -> Option<(Drawing, String)> {
     let mut pools: Vec<Pool> = Vec::new();
     let mut pooled = Vec::new();

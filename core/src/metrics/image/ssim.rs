@@ -1,9 +1,9 @@
 //! SSIM of pictures, by the windows of `structure.rs`: one around every pixel.
 //!
 //! Where a window leaves the picture, the picture is mirrored at its border (the pixels of the border come twice). The
-//! figure of the whole frame leaves such windows out, as Wang et al. 2004 and scikit-image do, and is held to scikit-image.
-//! That per visible pixel has them all, since what is visible may lie at the border: each wrong pixel then weighs in as
-//! many windows wherever it lies.
+//! figure of the whole frame leaves such windows out, as Wang et al. 2004 and scikit-image do; tests compare it with
+//! scikit-image. The figure per visible pixel has all windows, because visible pixels may lie at the border. Each wrong
+//! pixel then counts in equally many windows.
 
 use super::metric::{Metric, Pair, Per};
 use super::structure::{Index, WINDOW, Windows, luma};

@@ -1,4 +1,4 @@
-//! A few neighbouring slices of one frame: the piece that metrics work on, whichever thread does it.
+//! A chunk of a few neighbouring layers of one frame: the unit of work of metrics, on any thread.
 
 use crate::volume::{BrickSource, FiniteVolume, ValueRange};
 

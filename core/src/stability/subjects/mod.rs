@@ -1,4 +1,4 @@
-//! Volumes that provoke, each with a dial of difficulty. All are computed from integer hashes and arithmetic that is the
+//! Volumes that are made to break codecs, each with a dial of difficulty. All are computed from integer hashes and arithmetic that is the
 //! same everywhere (the sinusoid alone asks the machine for cosines, and rounds them to 16 bits).
 
 mod edges;
