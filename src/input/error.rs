@@ -93,7 +93,7 @@ pub enum InputError {
     },
     /// Neither extension nor content show the format.
     #[error(
-        "{place}: neither the extension {extension:?} nor the first bytes \"{start}\" tell a format; \
+        "{place}: neither the extension {extension:?} nor the first bytes \"{start}\" identify a format; \
          supported: {}",
         super::FORMATS
     )]

@@ -53,7 +53,7 @@ impl fmt::Display for OutOfMemory {
         };
         write!(f, ", and {} may be taken ({source})", gigabytes(*bytes))?;
         if *taken > 0 {
-            write!(f, ", of which {} are", gigabytes(*taken))?;
+            write!(f, "; {} are taken already", gigabytes(*taken))?;
         }
         f.write_str("; take less at a time, or allow more with --max-gb")
     }
@@ -202,8 +202,8 @@ mod tests {
         let refused = OutOfMemory { what: "x".to_owned(), needed: 999, taken: 500_000_000, bound };
         assert_eq!(
             refused.to_string(),
-            "x needs 1.0 kB of memory, and 64.0 MB may be taken (what the control group of this process has free), of \
-             which 500 MB are; take less at a time, or allow more with --max-gb"
+            "x needs 1.0 kB of memory, and 64.0 MB may be taken (what the control group of this process has free); \
+             500 MB are taken already; take less at a time, or allow more with --max-gb"
         );
     }
 
