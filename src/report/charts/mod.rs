@@ -111,8 +111,8 @@ struct Subject<'a> {
     note: Option<&'a str>,
 }
 
-const BUDGET: &str = "Memory is what stays on the device while it draws or, where it is more, what decoding needs \
-    meanwhile. The line goes from one best cell to the next.";
+const BUDGET: &str = "Memory is what the device needs while it draws or while it decodes, whichever is more. The \
+    line goes from one best cell to the next.";
 const GROWTH: &str = "One volume in several sizes. Dashed: cost = a · voxels^b by least squares of the logarithms, b with \
     its standard error.";
 
