@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # wgpu's GL backend offers BC textures in three dimensions, and every texel of a BC4 one reads as 0.
 #
-# Expected: an adapter that lists the feature `texture-compression-bc-sliced-3d` samples what was uploaded, or refuses
+# Expected: an adapter that lists the feature `texture-compression-bc-sliced-3d` samples the uploaded texels, or refuses
 # the texture. OpenGL has no RGTC (BC4, BC5) in 3-D textures.
 # Happens (wgpu-native of wgpu 0.32.0 for Python; wgpu 30 for Rust as well; Mesa 22.3.6): the feature is listed on GL,
 # the texture is made, the upload succeeds, no error is reported, and all texels are 0. The same program reads 1 through

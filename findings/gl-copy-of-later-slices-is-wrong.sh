@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# wgpu's GL backend copies slices of a 3-D texture to a buffer rightly only where the copy begins at slice 0.
+# wgpu's GL backend copies slices of a 3-D texture to a buffer correctly only if the copy begins at slice 0.
 #
 # Expected: `copy_texture_to_buffer` with an origin of (0, 0, z) copies slices z, z + 1, ... as other backends do.
 # Happens (wgpu-native of wgpu 0.32.0 for Python; wgpu-hal 30.0.1 for Rust as well; Mesa 22.3.6): no slice of such a copy
-# holds what the texture holds, and no error is reported. The copy of all slices from 0 on is right. Through Vulkan the
-# same program is right on the same driver. A program that reads a large texture back in pieces reads zeros or the wrong
+# equals that of the texture, and no error is reported. A copy of all slices from 0 on is correct. Through Vulkan the
+# same program is correct on the same driver. A program that reads a large texture back in pieces reads zeros or wrong
 # slices from the second piece on.
 #
 # Runs without cvr: wgpu-native through Python, pinned below, in a temporary folder. Needs python3 with venv, and Mesa's

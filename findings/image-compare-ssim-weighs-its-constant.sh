@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The SSIM of the Rust crate image-compare is another number than the SSIM that papers report.
+# The SSIM of the Rust crate image-compare differs from the SSIM that papers report.
 #
 # Expected: `Algorithm::MSSIMSimple` of image-compare gives about the mean SSIM of Wang et al. 2004, as scikit-image and
 # other programs do, up to its plain window.

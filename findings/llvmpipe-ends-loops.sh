@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# llvmpipe ends the loops of a shader without a word once all loops together have run 65535 rounds.
+# llvmpipe silently ends the loops of a shader once all its loops together have run 65535 iterations.
 #
 # Expected: a loop of a compute shader runs as often as its condition says, or the device is lost (a watchdog).
 # Happens (Mesa 22.3.6, through Vulkan and through GL): all loops of one invocation share one allowance of 65535
-# rounds. The loop that uses it up ends early, each later loop runs one round, and the code behind them goes on with
-# what it has. No error is reported and the device stays. A long ray through a decoder of many loops is then a wrong
-# picture.
+# iterations. The loop that uses it up ends early. Each later loop runs one iteration. The code after them continues
+# with unfinished values. No error is reported, and the device is not lost. A long ray through a decoder with many loops
+# then gives a wrong picture.
 #
 # Runs without cvr: wgpu-native through Python, pinned below, in a temporary folder. Needs python3 with venv, and Mesa's
 # llvmpipe for Vulkan or GL (Debian: mesa-vulkan-drivers). Exit code 0: it is still so; 1: it has changed; 2: it could

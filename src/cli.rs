@@ -22,19 +22,19 @@ const EXAMPLES: &str = "\
 Examples:
   cvr run configs/quickstart.toml                       compare codecs on an embedded volume
   cvr run configs/compare.toml --volume head.nrrd       the same comparison on your own volume
-  cvr run configs/compare.toml --resume                 go on where a run was stopped
-  cvr explain configs/compare.toml                      what that would run, in what time and memory
-  cvr merge half1 half2 --out both                      join what two shards have measured
-  cvr compare before after                              lay two runs side by side, with ties where they are
+  cvr run configs/compare.toml --resume                 continue a run that was stopped
+  cvr explain configs/compare.toml                      what that would run, its time and memory
+  cvr merge half1 half2 --out both                      join the results of two shards
+  cvr compare before after                              compare two runs, with ties marked
   cvr encode head.nrrd head.cvr --codec s3dc --set block=8
   cvr info 'viscous/step*.raw' --dims 64x64x64 --dtype f32
   cvr convert head.nii.gz head.nrrd
   cvr render head.cvr head.png --azimuth 45 --transfer-function tissue --shading
   cvr stability --list                                  volumes and scenes that break codecs
-  cvr codecs                                            what there is to choose from
+  cvr codecs                                            the codecs and their settings
 
-Exit codes: 0 all went well; 1 some cells failed (the report is written); 2 bad input; 130 stopped by Ctrl-C (the
-report of what was finished is written).";
+Exit codes: 0 success; 1 some cells failed (the report is written); 2 bad input; 130 stopped by Ctrl-C (the report of
+the finished cells is written).";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -42,15 +42,15 @@ enum Command {
     Run(run::Args),
     /// Join the results of shards, or of several machines, in one folder.
     Merge(merge::Args),
-    /// Lay runs side by side: ratios of the same cells on other machines or versions, and what is a tie.
+    /// Compare runs: ratios of the same cells on other machines or versions, with ties marked.
     Compare(compare::Args),
-    /// Read a configuration and say what it would run, or what is wrong with it.
+    /// Check a configuration: print what it would run, or what is wrong with it.
     CheckConfig(check_config::Args),
-    /// Say before anything runs what a configuration would run, and about how long and in how much memory.
+    /// Estimate what a configuration would run, its time and its memory, before anything runs.
     Explain(explain::Args),
-    /// Print what a configuration may hold: the JSON Schema by which editors check and complete it.
+    /// Print the JSON Schema of configurations, with which editors check and complete them.
     Schema(schema::Args),
-    /// Take codecs through volumes that provoke, and say where each of them breaks.
+    /// Draw codecs on volumes that are made to break them, and report where each breaks.
     Stability(stability::Args),
     /// Encode a volume.
     Encode(encode::Args),
@@ -60,7 +60,7 @@ enum Command {
     Render(render::Args),
     /// Write a volume in another format: NRRD, NPY or headerless.
     Convert(convert::Args),
-    /// Say what a volume or an encoded volume is.
+    /// Describe a volume or an encoded volume.
     Info(info::Args),
     /// List codecs and their settings.
     Codecs,
@@ -68,7 +68,7 @@ enum Command {
     Renderers,
     /// List named transfer functions.
     Presets,
-    /// List graphics adapters; fails where there is none.
+    /// List graphics adapters; fails if there is none.
     Devices(devices::Args),
     /// Print the WGSL that is generated for a codec, with the origin of every part.
     Shader(shader::Args),

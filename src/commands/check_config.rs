@@ -15,10 +15,10 @@ Examples:
   cvr check-config configs/compare.toml
   cvr check-config configs/compare.toml --set codec.s3dc.block=[2,4] --set pipeline.site=inline
 
-Scenes are held against their data, as far as volumes are small (32 million samples, 64 million in all; larger ones by
-their number type alone): a scene that shows nothing is a warning. Volumes that cannot be read here are no error.
+Scenes are compared with their data: a scene that shows nothing is a warning. Volumes of up to 32 million samples (64
+million in all) are read; of larger ones only the number type is used. A volume that cannot be read here is not an error.
 
-`cvr explain` says the same in groups, with the volumes, and estimates time and memory; `cvr schema` lets an editor
+`cvr explain` prints the same in groups, with the volumes, and estimates time and memory. `cvr schema` lets an editor
 check while you write.";
 
 /// Arguments of `cvr check-config`.

@@ -13,14 +13,14 @@ use crate::experiment::results::write_whole;
 #[derive(Debug, clap::Args)]
 #[command(after_help = NOTES)]
 pub struct Args {
-    /// Files `results.json`, or folders that hold one; the first is what the others are compared with.
+    /// Files `results.json`, or folders that hold one. The others are compared with the first.
     #[arg(required = true, value_name = "RESULTS")]
     results: Vec<PathBuf>,
-    /// Write every cell and quantity in full precision. A file of this name is replaced, but not one of a run's results.
+    /// Write every cell and quantity in full precision. Replaces an existing file, but no file of a run's results.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Write a page to be read in a browser; it needs neither network nor scripts. A file of this name is replaced, but
-    /// not one of a run's results.
+    /// Write a page for a browser, without network or scripts. Replaces an existing file, but no file of a run's
+    /// results.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
     /// Noise of times that are taken once (encoding, decoding), in percent.
@@ -32,13 +32,13 @@ const NOTES: &str = "\
 Examples:
   cvr compare before/results.json after/results.json    two versions on one machine
   cvr compare laptop desktop server                     folders of three runs; each against the first
-  cvr compare both                                      what `cvr merge` joined of two devices
+  cvr compare both                                      results of two devices, joined by `cvr merge`
   cvr compare before after --csv change.csv --noise 5
   cvr compare before after --html change.html           the same as a page
 
-Cells are matched by what defines them (samples of the volume, codec, settings, scene, renderer, site, filter, stages,
+Cells are matched by their definition (samples of the volume, codec, settings, scene, renderer, site, filter, stages,
 skipping), not by machine, version or the name of a volume. A change within the noise of both measurements is a tie. A
-file of several devices is one run for each.";
+file of several devices counts as one run for each device.";
 
 /// Lays runs side by side.
 ///

@@ -21,8 +21,8 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// The volume: a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames; of
-    /// several, the frames follow each other. The last of the paths is the file to write.
+    /// The volume: a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames. The frames
+    /// of several files follow each other. The last path is the file to write.
     #[arg(required = true, num_args = 1.., value_name = "IN")]
     files: Vec<PathBuf>,
     #[arg(help = Output::help(Output::VOLUMES))]

@@ -7,8 +7,8 @@ use crate::exit::{BadInput, SOME_FAILED};
 /// Arguments of `cvr devices`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// For scripts: a line per adapter and nothing else, its fields parted by tabs: number, backend (vulkan, metal, dx12,
-    /// gl), kind (discrete, integrated, virtual, cpu for one in software, other), name, driver.
+    /// For scripts: one line per adapter, with fields separated by tabs: number, backend (vulkan, metal, dx12, gl), kind
+    /// (discrete, integrated, virtual, cpu for a software adapter, other), name, driver.
     #[arg(long)]
     tsv: bool,
 }

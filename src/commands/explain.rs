@@ -26,12 +26,12 @@ Examples:
   cvr explain configs/quickstart.toml
   cvr explain configs/compare.toml --set pipeline.site=inline
   cvr explain configs/compare.toml --volume head.nrrd --device cpu
-  cvr explain configs/compare.toml --no-estimate        counts and volumes alone, at once
+  cvr explain configs/compare.toml --no-estimate        counts and volumes only, at once
 
-Volumes are opened for their headers alone; one that is missing is told, and left out of the estimates. The estimates
-come from a small computed volume, which every codec with its settings encodes and the device draws: they say hours or
-minutes, not which cell is faster. Trials take 2 s at most for each codec at each site, and 20 s in all; where that is too
-little, the estimate says \"at least\", and a row for each codec and its settings says what it lacks.";
+Only the headers of volumes are read. A missing volume is reported and left out of the estimates. The estimates come from
+trials: every codec with its settings encodes a small computed volume, and the device draws it. They distinguish hours
+from minutes, not one cell from another. Trials take 2 s at most for each codec at each site, and 20 s in all. If that is
+too little, the estimate says \"at least\", and a row for each codec and its settings names the missing trial.";
 
 /// Arguments of `cvr explain`.
 #[derive(Debug, clap::Args)]
@@ -39,13 +39,13 @@ little, the estimate says \"at least\", and a row for each codec and its setting
 pub struct Args {
     /// The configuration.
     config: PathBuf,
-    /// Explain it for this volume instead of those of the configuration, as `cvr run` takes it.
+    /// Explain it for this volume instead of those of the configuration, as in `cvr run`.
     #[arg(long, value_name = "FILE")]
     volume: Vec<PathBuf>,
     /// Override a key, as scene.step_voxels=1.0 or codec.s3dc.block=8.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// What would draw: auto (the best adapter, or the CPU mirror where there is none), cpu, vulkan, gl
+    /// What would draw: auto (the best adapter, or the CPU mirror if there is none), cpu, vulkan, gl
     /// (the best of that backend), a part of an adapter's name, or #N of `cvr devices`.
     #[arg(long, default_value = "auto", value_name = "auto|cpu|NAME")]
     device: String,

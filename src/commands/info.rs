@@ -22,8 +22,8 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// A volume (a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames; of
-    /// several, the frames follow each other), or a container (`.cvr`).
+    /// A volume (a file of any format, a folder of slices, or a pattern like 'step*.raw' whose files are frames; the frames
+    /// of several files follow each other), or a container (`.cvr`).
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]

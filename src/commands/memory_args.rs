@@ -7,8 +7,8 @@ use cvr_core::memory::{self, Bound, Source};
 #[derive(Copy, Clone, Debug, Args)]
 #[command(next_help_heading = "Memory")]
 pub struct MemoryArgs {
-    /// Most memory for voxels and streams, in GB (10⁹ bytes); what needs more is refused before it is reserved. Default:
-    /// what the machine, or the control group of this process, has free at the start.
+    /// Limit of memory for voxels and streams, in GB (10⁹ bytes). A larger request is refused before memory is reserved
+    /// [default: the free memory of the machine, or of the control group of this process, at the start].
     #[arg(long, value_name = "N", value_parser = gigabytes)]
     max_gb: Option<Gigabytes>,
 }

@@ -21,12 +21,12 @@ pub struct Args {
     /// Folders that `cvr run` or `cvr merge` wrote, all of one experiment.
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
-    /// Folder for all of them together. Results of the same experiment that it holds are replaced, if all their cells
-    /// come again; anything else is refused.
+    /// Folder for the joined results. Results of the same experiment in it are replaced if all their cells are among the
+    /// joined ones. Anything else is refused.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Remove what results the folder holds, whatever they are of, and write beside files of others. Only files that cvr
-    /// has written there are ever removed or replaced.
+    /// Remove all results in the folder, and write beside other files. Only files that cvr has written there are ever
+    /// removed or replaced.
     #[arg(long)]
     overwrite: bool,
 }
@@ -35,10 +35,10 @@ const NOTES: &str = "\
 Examples:
   cvr merge results/shard-1 results/shard-2 --out results/all
 
-Configuration, --set, seed and volumes must agree. A cell that stands in several folders is kept once where all that
-went into it is the same, and once per device where it ran on several; anything else is refused. A shard that was
-stopped is resumed first: cells that no folder holds are missing from the result, and their number is told. A record
-that is not as it was written is refused; those of version 0.1.0, which carry no digest, are taken as they are.";
+Configuration, --set, seed and volumes must agree. A cell in several folders is kept once if everything that determines
+it is equal, and once per device if it ran on several. Other duplicates are refused. Resume a stopped shard first: cells
+that no folder holds are missing from the result, and their number is printed. A record that was changed is refused.
+Records of version 0.1.0 have no digest and are accepted as they are.";
 
 /// Merges results.
 ///

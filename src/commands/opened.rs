@@ -32,7 +32,7 @@ impl Opened {
 /// How much of a stream to decode.
 #[derive(Copy, Clone, Debug, clap::Args)]
 pub struct LevelArgs {
-    /// Decode only the first N stages, of a codec that refines in stages.
+    /// Decode only the first N stages, if the codec refines in stages.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=254))]
     stages: Option<u8>,
 }

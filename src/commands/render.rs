@@ -30,10 +30,10 @@ Examples:
   cvr render flow.raw flow.png --dims 64x64x64 --dtype f32 --frames 24 --frame 23 --transfer-function heat
   cvr render fibres.nii.gz fibres.png --opacity red --range --transfer-function 0.1:#ffffff00,1:#ffffff80
 
-What the device decodes is compared with the CPU decoder as in `cvr run`: where a voxel differs beyond the codec's
-statement, it is told, nothing is written, and the exit code is 1. Lines that begin with `note:` say what a run would
-note: samples that were replaced, formats that stand in for others, half-precision sums, rays in pieces, and that no
-shader ran where the CPU mirror draws.";
+The voxels that the device decodes are compared with the CPU decoder, as in `cvr run`. If a voxel differs by more than the
+codec states, the difference is printed, nothing is written, and the exit code is 1. Lines that begin with `note:` are
+the notes of a run: replaced samples, fallbacks of formats, half-precision sums, rays in pieces, and \"shader not run\" if
+the CPU mirror draws.";
 
 /// Arguments of `cvr render`.
 #[derive(Debug, clap::Args)]
@@ -48,13 +48,13 @@ pub struct Args {
     /// Where voxels are decoded: inline, deferred, ring or host.
     #[arg(long, default_value = "inline", value_parser = site)]
     site: Site,
-    /// The renderer, and settings of it that are not the default, as slicing,geometry=axis; see `cvr renderers`.
+    /// The renderer and its settings that differ from the defaults, as slicing,geometry=axis; see `cvr renderers`.
     #[arg(long, default_value = "raycasting")]
     renderer: String,
     /// What draws: auto, cpu, vulkan, gl, a part of an adapter's name, or #N of `cvr devices`.
     #[arg(long, default_value = "auto")]
     device: String,
-    /// Draw without comparing first what the device decodes with the CPU decoder, voxel by voxel.
+    /// Skip the comparison of decoded voxels with the CPU decoder.
     #[arg(long)]
     no_check: bool,
     #[command(flatten)]

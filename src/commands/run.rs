@@ -38,19 +38,19 @@ Examples:
   cvr run configs/compare.toml --volume head.nrrd --set scene.step_voxels=1.0 --out results/head
   cvr run configs/compare.toml --resume --shard 1/4
 
-Every file in the folder is whole or not there, whenever a run ends. Ctrl-C stops after the running step, writes
-the report of what is finished and exits with 130; a second Ctrl-C stops at once. To go on, give the same command
-with --resume.
+Every file in the folder is whole or not there, whenever a run ends. Ctrl-C stops after the running step, writes the
+report of the finished cells and exits with 130. A second Ctrl-C stops at once. To continue, give the same command with
+--resume.
 
-The folder lists the files that a run writes in cvr-files.jsonl; only these are ever replaced or removed. Results that
-it holds of the same experiment (configuration, --set, seed and volumes; not the device) are replaced once the new run
-has its first cell, and the run says so. Results of another experiment, cells that this run would not measure anew, and
-a folder with other files are refused: --resume keeps what is there and adds to it, --overwrite removes the results and
-writes beside other files, --out names another folder.
+The folder lists the files of a run in cvr-files.jsonl. Only these are ever replaced or removed. Results of the same
+experiment (configuration, --set, seed and volumes; not the device) are replaced once the new run has its first cell,
+and the run says so. Results of another experiment, a folder with cells that this run would not measure, and a folder
+with other files are refused. --resume keeps what is there and adds to it. --overwrite removes the results and writes
+beside other files. --out names another folder.
 
-Shards that run at the same time need folders of their own; `cvr merge` joins them. Shards that run one after
-another may share a folder under --resume, which never removes cells of others; a last run with --resume and
-without --shard then writes the results of all.";
+Shards that run at the same time need folders of their own; `cvr merge` joins them. Shards that run one after another
+may share a folder with --resume, which never removes cells of other shards. A last run with --resume and without
+--shard then writes the results of all.";
 
 /// Arguments of `cvr run`.
 #[derive(Debug, clap::Args)]
@@ -58,38 +58,38 @@ without --shard then writes the results of all.";
 pub struct Args {
     /// The configuration.
     config: PathBuf,
-    /// Folder for records, pictures and report; results/NAME by default, where NAME is that of the experiment.
+    /// Folder for records, pictures and report [default: results/NAME, with the name of the experiment].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Run on this volume instead of those of the configuration: a file of any format, a folder of slices, or a
-    /// pattern like 'step*.raw' whose files are frames; given several times, the frames follow each other. Scenes that
-    /// name volumes apply to it only if they name it (a volume is named after the stem of its first file).
+    /// pattern like 'step*.raw' whose files are frames. If given several times, the frames follow each other. The volume is
+    /// named after the stem of its first file; scenes that name volumes apply only if they name it.
     #[arg(long, value_name = "FILE")]
     volume: Vec<PathBuf>,
     /// Override a key, as scene.step_voxels=1.0, codec.s3dc.block=8 or pipeline.filter='["linear"]'.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// What draws: auto (the best adapter, or the CPU mirror where there is none), cpu, vulkan, gl
+    /// What draws: auto (the best adapter, or the CPU mirror if there is none), cpu, vulkan, gl
     /// (the best of that backend), a part of an adapter's name, or #N of `cvr devices`.
     #[arg(long, default_value = "auto", value_name = "auto|cpu|NAME")]
     device: String,
     /// Print the cells and the refused combinations, and run nothing.
     #[arg(long)]
     list_cells: bool,
-    /// Take over what an earlier run finished in the folder, and run only what is missing, failed, or would come
-    /// out otherwise: with other data, settings, scenes, seed, device or software. A record that is not as it was
-    /// written, or carries no digest, is run again.
+    /// Keep the cells that an earlier run finished in the folder. Run only cells that are missing, failed, or have other
+    /// data, settings, scenes, seed, device or software now. A record that was changed, or has no digest, is run
+    /// again.
     #[arg(long)]
     resume: bool,
-    /// Remove what results the folder holds, whatever they are of, once the first new cell is there, and write beside
-    /// files of others. Only files that cvr has written there are ever removed or replaced.
+    /// Remove all results in the folder once the first new cell is there, and write beside other files. Only files that
+    /// cvr has written there are ever removed or replaced.
     #[arg(long, conflicts_with = "resume")]
     overwrite: bool,
-    /// Run only the I-th of N shares of the cells, from 1/N to N/N. Nothing is encoded in two of them.
+    /// Run only the I-th of N shares of the cells, from 1/N to N/N. No two shares encode the same stream.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Run only the cell of this name, as --list-cells prints it, and load only its volume; given several times,
-    /// these cells. The baseline that frame times refer to joins by itself.
+    /// Run only the cell of this name, as --list-cells prints it, and load only its volume. May be given several times.
+    /// The baseline of the frame times is added automatically.
     #[arg(long, value_name = "ID", conflicts_with = "shard")]
     cell: Vec<String>,
     #[command(flatten)]

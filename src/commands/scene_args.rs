@@ -22,7 +22,7 @@ pub struct SceneArgs {
     /// Degrees above the horizon.
     #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
     elevation: f64,
-    /// Degrees by which the camera turns clockwise; 180 stands the picture on its head.
+    /// Clockwise turn of the camera in degrees; 180 turns the picture upside down.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     roll: f64,
     /// Magnification; 1 fits the volume.
@@ -46,8 +46,8 @@ pub struct SceneArgs {
     /// Light surfaces (Blinn and Phong's model over the gradient of the values).
     #[arg(long)]
     shading: bool,
-    /// Where light comes from: camera (over the viewer's left shoulder), or X,Y,Z towards a light that stands still
-    /// over the volume's axes, as 1,-1,2; implies --shading.
+    /// Where light comes from: camera (over the viewer's left shoulder), or X,Y,Z along the volume's axes towards a light
+    /// that does not move, as 1,-1,2; implies --shading.
     #[arg(long, value_name = "camera|X,Y,Z", value_parser = light, allow_hyphen_values = true)]
     light: Option<Shading>,
     /// Draw only this box: lower and upper corner in shares of the extent from 0 to 1, as 0,0,0:1,1,0.5.
@@ -156,9 +156,9 @@ fn presets() -> String {
 fn transfer_function_help() -> String {
     let (presets, most) = (presets(), TransferFunction::MAX_POINTS);
     format!(
-        "Control points VALUE:#rrggbbaa separated by commas, at most {most}, the opacity that of one voxel length; exactly \
-         linear in between, and two of one value are a step; values are data units, or 0..1 of the volume's range with \
-         --range. Or a preset over that range: {presets} [default: grey, \
+        "Control points VALUE:#rrggbbaa separated by commas, at most {most}. The opacity is that of one voxel length. \
+         Between points the function is exactly linear; two points with one value are a step. Values are data units, or \
+         0..1 of the volume's range with --range. Or a preset over that range: {presets} [default: grey, \
          transparent below a tenth of the range]"
     )
 }

@@ -27,7 +27,7 @@ pub struct Args {
     /// Write it to this file instead of printing it.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// As a page of Markdown instead: a row for each key.
+    /// Print a page of Markdown instead, with a row for each key.
     #[arg(long)]
     markdown: bool,
 }

@@ -34,9 +34,9 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// A container (`.cvr`), or a volume to encode with --codec; default a generated one.
+    /// A container (`.cvr`), or a volume to encode with --codec [default: a generated volume].
     file: Option<PathBuf>,
-    /// Codec id, for a volume that is no container.
+    /// Codec id, for a volume that is not a container.
     #[arg(long, default_value = "s3dc")]
     codec: String,
     /// A setting of the codec.
@@ -45,7 +45,7 @@ pub struct Args {
     /// Where voxels are decoded: inline, deferred, ring or host.
     #[arg(long, default_value = "inline", value_parser = super::render::site)]
     site: Site,
-    /// The renderer, and settings of it that are not the default, as slicing,geometry=axis; see `cvr renderers`.
+    /// The renderer and its settings that differ from the defaults, as slicing,geometry=axis; see `cvr renderers`.
     #[arg(long, default_value = "raycasting")]
     renderer: String,
     #[command(flatten)]

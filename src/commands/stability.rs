@@ -29,43 +29,43 @@ Examples:
   cvr stability --edge 32 --picture 48 --output results/atlas32
   cvr stability --config configs/stability.toml --list
 
-Every codec with its default settings, and those of the configuration, is taken through volumes that provoke, each with a
-dial from easy to hard, and drawn in scenes that provoke. Verdicts follow rules that docs/stability.md tells. The folder
-then holds atlas.html (heat map, curves, breaking points, the worst pictures), atlas.csv, breaking.csv, encoders.csv and
-atlas.json.
+Every codec, with its default settings and those of the configuration, is drawn on volumes and in scenes that are made to
+break codecs. Each volume has a dial from easy to hard. docs/user/stability.md documents the rules of the verdicts. The
+folder then holds atlas.html (heat map, curves, breaking points, the worst pictures), atlas.csv, breaking.csv,
+encoders.csv and atlas.json.
 
-Ctrl-C ends it after the running cells, writes what is finished and exits with 130; --resume goes on. It exits with 1
-where a codec broke its own promise.";
+Ctrl-C stops after the running cells, writes the finished ones and exits with 130; --resume continues. The exit code is 1
+if a codec broke its own promise.";
 
 /// Arguments of `cvr stability`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = NOTES)]
 pub struct Args {
-    /// Codecs by id; all without any.
+    /// Codecs by id [default: all].
     #[arg(value_name = "CODEC")]
     codecs: Vec<String>,
     /// A coarser atlas: smaller volumes and pictures, fewer steps and scenes.
     #[arg(long)]
     quick: bool,
-    /// Folder for tables and pictures; default results/stability, with --quick results/stability-quick.
+    /// Folder for tables and pictures [default: results/stability, with --quick results/stability-quick].
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Take over what an earlier run has measured in the folder under the same settings and software. Without it an
-    /// atlas of the same settings that the folder holds is replaced once the first new cell is there, if all its cells
-    /// come again; anything else is refused.
+    /// Keep the cells that an earlier run measured in the folder with the same settings and software. Without this option
+    /// an atlas with the same settings is replaced once the first new cell is there, if all its cells are measured
+    /// again. Anything else is refused.
     #[arg(long)]
     resume: bool,
-    /// Remove what results the folder holds once the first new cell is there, and write beside files of others. Only
-    /// files that cvr has written there are ever removed or replaced.
+    /// Remove all results in the folder once the first new cell is there, and write beside other files. Only files that
+    /// cvr has written there are ever removed or replaced.
     #[arg(long, conflicts_with = "resume")]
     overwrite: bool,
-    /// Sizes, scenes and further settings; default is the configuration that comes with the program.
+    /// Sizes, scenes and further settings [default: the configuration that comes with the program].
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Longest axis of the volumes in voxels, 12 to 48, in place of the configuration's.
+    /// Longest axis of the volumes in voxels, 12 to 48; replaces that of the configuration.
     #[arg(long, value_name = "VOXELS")]
     edge: Option<u32>,
-    /// Edge of the pictures in pixels, 16 to 96, in place of the configuration's.
+    /// Edge of the pictures in pixels, 16 to 96; replaces that of the configuration.
     #[arg(long, value_name = "PIXELS")]
     picture: Option<u32>,
     /// Print volumes, dials, scenes and codecs, and run nothing.

@@ -21,19 +21,19 @@ pub struct RawArgs {
     /// Number type of its samples: u8, i8, u16, i16, u32, i32, u64, i64, f32, f64.
     #[arg(long, value_parser = stored, requires = "dims")]
     dtype: Option<StoredType>,
-    /// Time steps in it, one after the other; default 1.
+    /// Time steps in it, one after the other [default: 1].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..), requires = "dims")]
     frames: Option<u32>,
-    /// Values per voxel, side by side: 1 or 3; default 1.
+    /// Values per voxel, side by side: 1 or 3 [default: 1].
     #[arg(long, value_parser = channels, requires = "dims")]
     channels: Option<u32>,
     /// Its byte order: little or big.
     #[arg(long, value_parser = byte_order, requires = "dims")]
     byte_order: Option<ByteOrder>,
-    /// Spacing along x, y, z, as 0.41,0.41,1.5; of any file, in place of what it says.
+    /// Spacing along x, y, z, as 0.41,0.41,1.5; replaces that of any file.
     #[arg(long, value_parser = spacing)]
     spacing: Option<[f64; 3]>,
-    /// Bytes in front of its first sample.
+    /// Bytes before its first sample.
     #[arg(long, requires = "dims")]
     skip_bytes: Option<u64>,
 }

@@ -1,4 +1,4 @@
-//! Which cell of one run is which of another.
+//! Matching the cells of two runs.
 
 use std::collections::BTreeMap;
 

@@ -11,7 +11,7 @@ use crate::registry::Names;
 /// All that defines a cell, and nothing of the machine or software that ran it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Identity {
-    /// Samples and layout: hash, size, type and spacing; the volume's name where the results tell none of these.
+    /// Samples and layout: hash, size, type and spacing; the volume's name if the results have none of these.
     volume: String,
     /// What the configuration says of the scene, or its name.
     scene: String,
@@ -29,7 +29,7 @@ pub(super) fn scenes(provenance: &Provenance) -> Option<BTreeMap<String, String>
         document.set(assignment).ok()?;
     }
     let experiment: Experiment = document.experiment(&names.known()).ok()?;
-    // For which volumes a scene is meant has no bearing on what it shows of one.
+    // The volumes that a scene is for do not change what it shows of one of them.
     let definition = |s: &Scene| format!("{:?}", Scene { volumes: None, ..s.clone() });
     Some(experiment.scenes.iter().map(|s| (s.name.clone(), definition(s))).collect())
 }

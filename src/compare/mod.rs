@@ -1,4 +1,4 @@
-//! Runs side by side: what the same cells have come to on other machines, or with other versions of this software.
+//! Comparison of runs: the same cells on other machines, or with other versions of this software.
 //!
 //! Cells are matched by what defines them ([`Identity`]) and not by where they ran; a ratio within the noise of both
 //! measurements is a tie ([`Compared`]).

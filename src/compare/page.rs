@@ -92,7 +92,7 @@ fn section(pairing: &Pairing<'_>, [a, b]: [String; 2], once: f64) -> Value {
     }
 }
 
-/// Whether a change is one for the better: of decibels more is, of all else less.
+/// Whether a change is an improvement: more decibels, less of anything else.
 const fn class(quantity: &Quantity, verdict: Verdict) -> &'static str {
     match (verdict, matches!(quantity.kind, Kind::Decibels)) {
         (Verdict::Tie, _) => "tie",

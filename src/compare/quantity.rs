@@ -1,4 +1,4 @@
-//! What is compared of two cells, and when a difference is one.
+//! Quantities of two cells, and when their difference exceeds noise.
 
 use crate::experiment::record::Record;
 
@@ -11,7 +11,7 @@ pub enum Kind {
     Once,
     /// A size, the same wherever it comes from: as a ratio, without noise.
     Size,
-    /// Decibels: as a difference; what shows in no printed digit is none.
+    /// Decibels: as a difference; one that no printed digit shows counts as none.
     Decibels,
 }
 
@@ -37,7 +37,7 @@ const fn quantity(
     Quantity { field, name, kind, value, spread: |_| None }
 }
 
-/// What is compared, in the order in which it is shown.
+/// The compared quantities, in the order of the tables.
 pub const QUANTITIES: [Quantity; 9] = [
     quantity("encode_seconds", "encode", Kind::Once, |r| r.encode_seconds),
     quantity("decode_seconds", "decode", Kind::Once, |r| r.decode_seconds),
@@ -90,8 +90,8 @@ pub struct Compared {
     pub other: f64,
     /// Other ÷ first, or other − first for decibels.
     pub change: f64,
-    /// What the change may be without being one: a ratio lies within 1 ÷ (1 + noise) and 1 + noise, a difference of
-    /// decibels within ± noise.
+    /// The noise. A change within it is a tie: a ratio between 1 ÷ (1 + noise) and 1 + noise, a difference of decibels within
+    /// ± noise.
     pub noise: f64,
     /// Whether it does.
     pub verdict: Verdict,
@@ -109,7 +109,7 @@ impl Quantity {
             return None;
         }
         if self.kind == Kind::Decibels {
-            // Lossless beside lossless is no difference.
+            // Two lossless cells do not differ.
             let change = if a == b { 0.0 } else { b - a };
             return Some(Compared {
                 first: a,

@@ -1,4 +1,4 @@
-//! One run on one device, of those that are laid side by side.
+//! One run on one device: a side of a comparison.
 
 use std::path::{Path, PathBuf};
 

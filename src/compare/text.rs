@@ -20,7 +20,7 @@ pub fn text(sides: &[Side], once: f64) -> String {
         let _ = writeln!(out, "   {software}, {date}, {} cells\n   {machine}", cells.len());
     }
     if sides.iter().any(|s| s.scenes_by_name) {
-        out += "\nA configuration is not of this version: scenes are matched by their names alone.\n";
+        out += "\nA configuration is from another version: scenes are matched by name only.\n";
     }
     let Some((first, others)) = sides.split_first() else { return out };
     for (i, other) in others.iter().enumerate() {
@@ -62,8 +62,8 @@ fn section(out: &mut String, pairing: &Pairing<'_>, [a, b]: [String; 2], once: f
         let percent = 100.0 * once;
         let _ = writeln!(
             out,
-            "\nNoise: of frame times half the interquartile ranges of both runs, so that a tie is where their middle halves\n\
-             meet; of times taken once (encode, decode, on device) {percent} %, see --noise; of sizes none; of decibels 0.005."
+            "\nNoise: of frame times half the interquartile ranges of both runs (a tie: their middle halves overlap); of times\n\
+             taken once (encode, decode, on device) {percent} %, see --noise; of sizes none; of decibels 0.005."
         );
     }
     list(out, &format!("only in {a}"), only_first.iter().map(|r| names.name(r)).collect());
@@ -269,7 +269,7 @@ pub(super) fn sentence(quantity: &Quantity, both: &[Matched<'_>], [a, b]: [&str;
         Kind::Decibels => format!("{field}: {b} is {value} dB against {a} over {cells} cells: {counts}"),
         Kind::Once if t.spread > 1.0 + 2.0 * once => format!(
             "{field}: {b} is {value} times {a} over {cells} cells: {counts}; the ratios disagree by more than the noise of \
-             --noise, so that a single cell tells little"
+             --noise: a single cell means little"
         ),
         _ => format!("{field}: {b} is {value} times {a} over {cells} cells: {counts}"),
     }

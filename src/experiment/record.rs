@@ -151,7 +151,7 @@ macro_rules! record {
             #[serde(default)]
             pub error_histogram: Option<String>,
             $(
-                #[doc = concat!("`", stringify!($figure), "`, as `cvr_core::metrics::figures` and `docs/evaluation.md` define it.")]
+                #[doc = concat!("`", stringify!($figure), "`, as `cvr_core::metrics::figures` and `docs/user/evaluation.md` define it.")]
                 #[serde(default)]
                 pub $figure: Option<f64>,
             )*

@@ -1,4 +1,4 @@
-//! The order in which a file's axes run, and how it is brought to ours.
+//! The order of a file's axes, and how samples are reordered.
 
 use cvr_core::volume::{BrickSource as _, DenseVolume, Samples, VolumeLayout};
 

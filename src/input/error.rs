@@ -27,7 +27,7 @@ pub enum Place {
         /// Line of the header that does, counted from 1.
         line: usize,
     },
-    /// A part of a file that is no line of text: a field of a binary header, a page, an element.
+    /// A part of a file that is not a line of text: a field of a binary header, a page, an element.
     Part {
         /// The file.
         file: PathBuf,
@@ -91,9 +91,9 @@ pub enum InputError {
         /// The path.
         place: Place,
     },
-    /// Neither extension nor content tell the format.
+    /// Neither extension nor content show the format.
     #[error(
-        "{place}: neither the extension {extension:?} nor the first bytes \"{start}\" tell a format; \
+        "{place}: neither the extension {extension:?} nor the first bytes \"{start}\" identify a format; \
          supported: {}",
         super::FORMATS
     )]

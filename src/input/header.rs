@@ -12,7 +12,7 @@ use super::{InputError, Place};
 /// Longest header that is looked at. Real ones take a few hundred bytes, or some KiB with key/value pairs.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
 
-/// The beginning of a file, in which a header may stand.
+/// The beginning of a file, where a header may be.
 pub(super) struct HeaderText {
     path: PathBuf,
     bytes: Vec<u8>,

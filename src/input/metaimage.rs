@@ -1,6 +1,7 @@
 //! MetaImage, the image format of ITK's MetaIO: <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
 //!
-//! Read are volumes of three axes, or four (the last is that of frames), with 1 or 3 channels, raw or zlib, in the same file (`LOCAL`) or in one data file.
+//! Reads volumes of three axes, or four (the last holds frames), with 1 or 3 channels, raw or zlib, in the same file
+//! (`LOCAL`) or in one data file.
 
 use std::path::PathBuf;
 
@@ -123,7 +124,7 @@ fn truth(field: &Field) -> Result<bool, InputError> {
     }
 }
 
-/// `MET_LONG` has 32 bits, whatever the machine's `long` has: so MetaIO's table of sizes.
+/// `MET_LONG` has 32 bits, as in MetaIO's table of sizes, independent of the machine's `long`.
 fn sample_type(field: &Field) -> Result<StoredType, InputError> {
     Ok(match field.value.as_str() {
         "MET_UCHAR" => StoredType::U8,

@@ -5,7 +5,7 @@
 //! multiplied, compared with the length of the file before memory is reserved, and a compressed stream is decoded
 //! only as far as the header's byte count. Data files of detached headers may lie anywhere; errors name both files.
 //!
-//! `docs/inputs.md` tells format by format what is read and what is refused. Orientation is read nowhere: origins,
+//! `docs/user/inputs.md` lists, for each format, what is read and what is refused. Orientation is never read: origins,
 //! directions and matrices have no bearing on a picture yet.
 
 mod axes;

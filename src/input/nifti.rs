@@ -1,6 +1,6 @@
 //! NIfTI-1 in one file (`.nii`, `.nii.gz`): <https://nifti.nimh.nih.gov/nifti-1>.
 //!
-//! The crate `nifti` reads the header. The voxels are read here, since its reader reserves whatever memory the header
+//! The crate `nifti` reads the header. The voxels are read here, because its reader reserves all the memory that the header
 //! claims before it looks at the file.
 
 use std::io::BufReader;

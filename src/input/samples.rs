@@ -79,7 +79,7 @@ stored! {
     f64, narrowed;
 }
 
-/// What is no number, infinite or subnormal afterwards is counted when the volume is made finite, and not here.
+/// NaN, infinities and subnormals are counted when the volume is made finite, not here.
 fn narrowed(v: f64) -> (f32, bool) {
     let single = v as f32;
     (single, f64::from(single) == v || !single.is_finite() || single.is_subnormal())
@@ -171,7 +171,7 @@ impl SampleSink {
                 *rounded += u64::from(!exact || !still);
                 single
             })),
-            // `new` makes single precision of whatever is scaled.
+            // `new` makes scaled samples single precision.
             _ => {}
         }
     }
@@ -189,7 +189,7 @@ pub(super) enum ReadFault {
     Short(u64),
     /// It failed.
     Failed(u64, std::io::Error),
-    /// There is no memory for what came.
+    /// There is no memory for the samples.
     Memory,
 }
 

@@ -73,7 +73,7 @@ pub fn layout(
     Ok(whole.map(|layout| VolumeLayout { spacing: spacing.unwrap_or(layout.spacing), ..layout }))
 }
 
-/// The files, or folders of slices, that these paths stand for, in the order in which they are read.
+/// The files, or folders of slices, that these paths name, in the order of reading.
 ///
 /// # Errors
 /// When a pattern matches nothing, or a folder of headerless files is empty.
@@ -85,7 +85,7 @@ pub fn found(files: &[PathBuf], is_raw: bool) -> Result<Vec<PathBuf>, InputError
     Ok(found)
 }
 
-/// The files that a path stands for, at least one.
+/// The files that a path names, at least one.
 fn matches(path: &Path, is_raw: bool) -> Result<Vec<PathBuf>, InputError> {
     let none = |problem: &str, remedy: &str| InputError::NoFiles {
         place: Place::file(path),
@@ -112,13 +112,13 @@ fn is_pattern(text: &str) -> bool {
     text.contains(['*', '?', '['])
 }
 
-/// The files that a pattern matches, part by part of the path: a part that is there by that very name is no pattern, so
+/// The files that a pattern matches, part by part of the path: a part that is there by that very name is not a pattern, so
 /// that folders may be called `run [2]`.
 fn expanded(path: &Path) -> Result<Vec<PathBuf>, InputError> {
     let mut found = vec![PathBuf::new()];
     let mut parts = path.components();
     while let Some(part) = parts.next() {
-        // `**` stands for any number of parts.
+        // `**` matches any number of parts.
         let is_deep = part.as_os_str() == "**";
         let rest = if is_deep { Path::new("**").join(parts.as_path()) } else { part.as_os_str().into() };
         let mut next = Vec::new();

@@ -114,7 +114,7 @@ fn decibel_text(decibels: f64) -> String {
     signed(decibels, 2)
 }
 
-/// The tables: one for each anchor, the first of which the page shows and the others it folds.
+/// The tables, one for each anchor. The page shows the first and folds the others.
 pub(super) fn tables(records: &[Record], labels: &Labels) -> Vec<Value> {
     let scopes = scopes(records, labels);
     let table = |anchor: String| {
@@ -166,7 +166,7 @@ fn of_volume_rows(volume: &str, all: &[(&Scope, Difference)]) -> Vec<Value> {
     rows
 }
 
-/// The means of a series over volumes and views, where the difference could be told, and over how many that was.
+/// The means of a series over the volumes and views that have the difference, and the number of these.
 fn means(series: &str, all: &[(&Scope, Difference)]) -> Value {
     let cell = |measure: &str, of: fn(&Difference) -> Result<f64, Refused>, text: fn(f64) -> String| {
         let own = || all.iter().filter(|(s, d)| s.measure == measure && d.series == series);

@@ -17,7 +17,7 @@ const LONGEST: usize = 120;
 pub(super) struct Figure {
     /// File name without ending; no two are alike, not even in lower case.
     pub(super) name: String,
-    /// The last part of the name, by which `docs/evaluation.md` tells what the chart shows.
+    /// The last part of the name; `docs/user/evaluation.md` describes the chart under it.
     pub(super) kind: String,
     /// `None` for all together.
     pub(super) volume: Option<String>,
@@ -53,7 +53,7 @@ pub(super) fn file_name(parts: &[&str]) -> String {
     name
 }
 
-/// Writes the files, each whole or not at all, and then removes those of charts that are no more. `tables` have names
+/// Writes the files, each whole or not at all, and then removes those of charts that no longer exist. `tables` have names
 /// without ending, and no drawing.
 pub(super) fn write(
     out: &OutFolder,

@@ -1,4 +1,4 @@
-//! What the parts of the report ask of records: which group a cell belongs to, and what it is called.
+//! Groups and names of cells, as the parts of the report use them.
 
 use std::collections::BTreeSet;
 
@@ -19,7 +19,7 @@ impl View {
         Self { volume: record.volume.clone(), scene: record.scene.clone(), renderer: record.renderer.clone() }
     }
 
-    /// Name without the volume, of what tells it from the other views.
+    /// Name without the volume: the parts that differ from other views.
     pub(super) fn name(&self) -> String {
         let parts = [&self.scene, &self.renderer];
         parts.into_iter().filter(|p| !p.is_empty()).cloned().collect::<Vec<_>>().join(", ")
@@ -104,7 +104,7 @@ pub(super) fn blends(record: &Record) -> bool {
     record.filter != "nearest"
 }
 
-/// Order of sites where one has to stand for all: they draw the same values.
+/// Order in which one site is chosen to represent all: they draw the same values.
 pub(super) fn site_rank(site: &str) -> usize {
     Site::ALL.iter().position(|s| s.name() == site).unwrap_or(Site::ALL.len())
 }

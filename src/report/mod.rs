@@ -2,8 +2,8 @@
 //! JavaScript its reader chooses axes, reads the command behind a point, and lays two pictures over each other.
 //! `charts/` beside it holds every chart as SVG and CSV.
 //!
-//! Pictures of PNG files are embedded up to [`EMBEDDED_BYTES`]; beyond that the page links to them and says so, lest
-//! a large sweep yield a page that no browser opens.
+//! PNG pictures are embedded up to [`EMBEDDED_BYTES`]. Beyond that the page links to them and says so: no browser would open
+//! the page of a large sweep otherwise.
 
 pub mod chart;
 
@@ -61,7 +61,7 @@ const PAGE: &str = "report.html";
 /// taken from the records' paths relative to the folder.
 ///
 /// # Errors
-/// When the page cannot be put together or written. A picture that cannot be read is no error: the page says so.
+/// When the page cannot be put together or written. A picture that cannot be read is not an error: the page says so.
 pub fn write(
     out: &OutFolder,
     provenance: &Provenance,

@@ -1,9 +1,9 @@
-//! When two frame times are one: where the middle halves of what was measured overlap.
+//! When two frame times tie: if the middle halves of their measurements overlap.
 
 use crate::experiment::record::{NOISY_SPREAD, Record};
 
-/// The middle half of the paired ratios that `relative_frame_time` is the median of, as records tell it: the interquartile
-/// range laid evenly around the median. A cell without a spread is as good as its digits.
+/// The middle half of the paired ratios whose median is `relative_frame_time`. Records have only the interquartile range;
+/// it is laid evenly around the median. A cell without a spread has none.
 fn middle_half(record: &Record) -> Option<[f64; 2]> {
     let half = record.relative_frame_time_iqr.unwrap_or(0.0) / 2.0;
     record.relative_frame_time.map(|time| [time - half, time + half])

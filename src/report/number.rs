@@ -1,6 +1,6 @@
 //! Numbers as the report writes them.
 
-/// What stands for a value that was not measured.
+/// Shown for a value that was not measured.
 pub(super) const NONE: &str = "–";
 
 /// A fixed number of decimals; `∞` for infinity.

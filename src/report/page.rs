@@ -128,7 +128,7 @@ fn volume_values(v: &VolumeProvenance) -> Value {
     }
 }
 
-/// Rows of texts, and all settings, of which a row shows those that differ among the refused cells of its codec.
+/// Rows of texts, with all settings. A row shows the settings that differ among the refused cells of its codec.
 fn refused_rows(refused: &[RefusedCell]) -> Vec<Value> {
     let record = |cell: &RefusedCell| Record {
         codec: cell.codec.clone(),

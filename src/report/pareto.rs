@@ -5,7 +5,7 @@ use crate::experiment::record::Record;
 use super::cells::{View, compressed, shown};
 
 /// Indices of the points that no other point matches in both and beats in one, in rising order of the first
-/// coordinate; both are costs. Of equal points the first counts. Points that are no number never count.
+/// coordinate; both are costs. Of equal points the first counts. Points that are not numbers never count.
 pub(super) fn front(costs: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..costs.len()).filter(|i| !costs[*i].0.is_nan() && !costs[*i].1.is_nan()).collect();
@@ -25,7 +25,7 @@ pub(super) fn front(costs: &[(f64, f64)]) -> Vec<usize> {
 }
 
 /// The compressed cells of a view on one device that none beats in both frame time and picture, fastest first.
-/// Uncompressed cells are the yardstick; failed ones, and those of scenes that show nothing, are no competitors.
+/// Uncompressed cells are the yardstick; failed ones, and those of scenes that show nothing, do not compete.
 pub(super) fn of_view<'a>(records: &'a [Record], view: &View, device: &str) -> Vec<&'a Record> {
     let cells: Vec<(&Record, (f64, f64))> = records
         .iter()

@@ -53,7 +53,7 @@ fn group(
             .then(rate(a).total_cmp(&rate(b)))
             .then(site_rank(&a.site).cmp(&site_rank(&b.site)))
     });
-    // One site stands for all: they draw the same values. Where the preferred one is missing, the next does.
+    // One site represents all: they draw the same values. If the preferred one is missing, the next is used.
     let preferred = cells.iter().filter(|r| compressed(r) && r.filter == "linear").map(|r| r.site.as_str());
     let preferred = preferred.min_by_key(|site| site_rank(site)).unwrap_or("inline").to_owned();
     let first = |r: &&Record| compressed(r) && r.filter == "linear" && r.site == preferred;

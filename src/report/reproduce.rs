@@ -19,7 +19,7 @@ const DROPPED: [(&str, bool); 6] = [
     ("--list-cells", false),
 ];
 
-/// A folder of its own, in which the cell that was asked for last takes the place of the one before.
+/// A separate folder. The cell that was requested last replaces the one before.
 const OUT: &str = "results/one-cell";
 
 /// The name of a record's cell, as `cvr run --list-cells` prints it; `None` where its site or filter is unknown.
@@ -27,7 +27,7 @@ pub(super) fn cell_id(record: &Record) -> Option<String> {
     let cell = Cell {
         volume: record.volume.clone(),
         codec: Cell::codec_of_label(&record.codec).to_owned(),
-        // The name of a cell shows values as text, of whatever kind they are.
+        // The name of a cell shows values of any kind as text.
         settings: series::read(&record.settings)?,
         scene: record.scene.clone(),
         renderer: record.renderer.clone(),

@@ -4,7 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest, Sha256};
 
-/// By subject, in the order in which they stand in the page.
+/// By subject, in the order of the page.
 const PARTS: [&str; 7] = [
     include_str!("script/data.js"),
     include_str!("script/axis.js"),

@@ -169,8 +169,8 @@ fn sentences(records: &[Record], labels: &Labels) -> Vec<String> {
     };
     if let Some(buffer) = times(|r| Baseline::of(r) == Some(Baseline::Buffer)) {
         out.push(format!(
-            "Uncompressed, a manual linear filter takes {} × the frame time of the texture unit (median over views): the \
-             filter's own share in every cell that is decoded inline.",
+            "Uncompressed, a manual linear filter takes {} × the frame time of the texture unit (median over views): this is the \
+             filter's share in every cell that is decoded inline.",
             short(Some(buffer))
         ));
     }

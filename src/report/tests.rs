@@ -247,19 +247,23 @@ fn sample_report_is_whole_and_needs_no_network() {
     assert!(html.contains("codec raw offers no fetch of a whole cell"));
 }
 
-/// `docs/evaluation.md` names every chart by the last part of its files' names.
+/// `docs/user/evaluation.md` names every chart by the last part of its files' names.
 #[test]
 fn every_chart_is_described() {
     let folder = tempfile::tempdir().unwrap();
     let (provenance, records, _) = sample(folder.path());
     let palette = charts::Palette::new(&records);
     let figures = charts::figures(folder.path(), &records, &provenance, &palette);
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/evaluation.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/user/evaluation.md");
     let docs = std::fs::read_to_string(path).unwrap();
     let described = |kind: &str| docs.contains(&format!("`{kind}`"));
     for figure in &figures {
         assert!(figure.name.contains(&figure.kind), "{}", figure.name);
-        assert!(described(&figure.kind), "docs/evaluation.md does not describe the chart `{}`", figure.kind);
+        assert!(
+            described(&figure.kind),
+            "docs/user/evaluation.md does not describe the chart `{}`",
+            figure.kind
+        );
     }
     let kinds: std::collections::BTreeSet<&str> = figures.iter().map(|f| f.kind.as_str()).collect();
     assert_eq!(kinds.len(), 10, "{kinds:?}");
@@ -328,7 +332,7 @@ fn nothing_one_bare_record_and_infinities_everywhere_are_reports_too() {
     assert_well_formed(&html(&Provenance::default(), &[], &[]));
     let bare = html(&Provenance::default(), &[record("v", "s3dc")], &[]);
     assert_well_formed(&bare);
-    assert!(bare.contains("Nothing was measured that could be drawn."));
+    assert!(bare.contains("No measured values to draw."));
     for value in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, 0.0, -1.0, 1e300] {
         let some = Some(value);
         let extreme = Record {

@@ -50,7 +50,7 @@ pub struct Config {
     /// Further settings.
     #[serde(default, rename = "codec")]
     pub codecs: Vec<CodecEntry>,
-    /// Settings of which the encoder's stability alone is measured.
+    /// Settings for the measurements of encoders only.
     #[serde(default, rename = "encoder")]
     pub encoders: Vec<CodecEntry>,
 }
@@ -165,10 +165,10 @@ impl Config {
         }
     }
 
-    /// Holds everything to what is allowed.
+    /// Checks everything against its limits.
     ///
     /// # Errors
-    /// A sentence with the key, its value and what is expected.
+    /// A sentence with the key, its value and the expectation.
     pub fn check(&self) -> Result<(), String> {
         let within = |name: &str, value: u64, allowed: RangeInclusive<u64>| {
             let (low, high) = (allowed.start(), allowed.end());

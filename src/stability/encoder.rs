@@ -125,7 +125,7 @@ fn psnr(original: &FiniteVolume, frames: &[Vec<f32>]) -> Option<f64> {
     Some(VolumeError::compare(original, frames).psnr_db).filter(|psnr| psnr.is_finite())
 }
 
-/// Encodes the volume, then what it decoded to, and so on.
+/// Encodes the volume, then the decoded values, and so on.
 fn generations(
     codec: &dyn Codec,
     settings: &Settings,

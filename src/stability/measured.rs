@@ -9,7 +9,7 @@ use crate::experiment::cell_file::Keyed;
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ended {
-    /// It kept what it promised.
+    /// It kept its promises.
     #[default]
     Kept,
     /// It declined the volume.
@@ -87,7 +87,7 @@ pub struct Pictured {
 }
 
 impl Keyed for Measured {
-    /// A broken word is a finding like any other, and comes out again.
+    /// A broken promise is a result like any other, and survives a round trip.
     fn ended_well(&self) -> bool {
         true
     }

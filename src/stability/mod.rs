@@ -1,5 +1,5 @@
-//! The stability atlas: every codec through volumes and scenes that provoke, and verdicts on what it makes of them.
-//! Volumes and rules are those of `cvr_core::stability`; the rules are told in `docs/stability.md`.
+//! The stability atlas: every codec on volumes and in scenes that are made to break codecs, and the verdicts.
+//! Volumes and rules are those of `cvr_core::stability`; `docs/user/stability.md` documents the rules.
 
 pub mod atlas;
 pub mod breaking;

@@ -116,7 +116,7 @@ fn contestant(codec: &Arc<dyn Codec>, entry: &CodecEntry) -> Result<Contestant, 
     Ok(Contestant { codec: Arc::clone(codec), settings, label })
 }
 
-/// At most `wanted` of so many steps, evenly, with the first and the last.
+/// At most `wanted` of the steps, evenly spaced, with the first and the last.
 fn spread(count: usize, wanted: usize) -> Vec<usize> {
     if wanted >= count || wanted < 2 {
         return (0..count).collect();

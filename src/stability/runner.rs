@@ -329,7 +329,7 @@ fn changed(volume: &FiniteVolume, frames: &[Vec<f32>]) -> f64 {
 fn pictures(stage: &Stage, trial: &Trial, trivial: Option<&Trivial>) -> Result<Vec<Pictured>, String> {
     let own = if trial.frames.is_empty() { None } else { Some(stage.shown(&trial.frames)?) };
     let trivial = trivial.map(|t| stage.shown(&t.frames)).transpose()?;
-    // Of a reference that shows nothing, what is drawn counts as on one pixel.
+    // If the reference shows nothing, the error counts as on one pixel.
     let rmse = |error: &ImageError| {
         let shown = error.visible_pixels.max(1) as f64;
         Some((error.squared_error() / (3.0 * shown)).sqrt()).filter(|v| v.is_finite())

@@ -1,4 +1,4 @@
-//! Scenes that provoke: steep transfer functions, an eye inside the volume, a grazing view, a step that is too coarse,
+//! Scenes that are hard for codecs: steep transfer functions, an eye inside the volume, a grazing view, a step that is too coarse,
 //! and a surface at the level of the noise.
 
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use cvr_core::volume::{ValueRange, VolumeLayout};
 pub struct Provocation {
     /// Name in records.
     pub name: &'static str,
-    /// What it provokes by.
+    /// What makes it hard.
     pub doc: &'static str,
     kind: Kind,
 }
@@ -59,7 +59,7 @@ impl Provocation {
         },
     ];
 
-    /// The view of an original volume's frame. It is the same for whatever a codec makes of the volume.
+    /// The view of an original volume's frame. It does not depend on what a codec makes of the volume.
     ///
     /// # Errors
     /// When control points coincide, which no finite range makes them.

@@ -1,10 +1,10 @@
-//! The container as other software opens it: the lines of `docs/format.md`, as they stand there.
+//! The container as other software opens it: the lines of `docs/codec-author/format.md`, as they stand there.
 
 use std::process::Command;
 
 use super::folder::Folder;
 
-const FORMAT: &str = include_str!("../../docs/format.md");
+const FORMAT: &str = include_str!("../../docs/codec-author/format.md");
 
 /// The lines between the fence of Python and the next.
 fn python(document: &str) -> &str {

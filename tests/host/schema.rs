@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::folder::Folder;
 
 const SCHEMA: &str = "docs/experiment.schema.json";
-const PAGE: &str = "docs/configs.md";
+const PAGE: &str = "docs/user/configs.md";
 /// The line by which editors find the schema.
 const DIRECTIVE: &str = "#:schema ../docs/experiment.schema.json";
 

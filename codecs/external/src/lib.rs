@@ -30,7 +30,7 @@ const COMMAND: SettingKind = SettingKind::Text { max: 4096 };
 
 static INFO: CodecInfo = CodecInfo {
     id: "external",
-    summary: "any compressor that runs as a command on raw files; each is told apart by its `name`",
+    summary: "any compressor that runs as a command on raw files; its `name` distinguishes it",
     stream_version: 1,
     sites: &[Site::Host],
     fetch_cell: false,

@@ -41,13 +41,13 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "transform",
-        doc: "which transform tells zones apart: of the data (klt: a basis per axis, klt-full: one of blocks) or given",
+        doc: "transform whose octants are the zones: of the data (klt: a basis per axis, klt-full: one of blocks) or given",
         kind: SettingKind::Choice(Transform::NAMES),
         default: "klt",
     },
     Setting {
         name: "codevectors",
-        doc: "joint = trained on whatever the partitions before leave; partition = confined to the zones of their own",
+        doc: "joint = trained on what the partitions before leave; partition = confined to their own zones",
         kind: SettingKind::Choice(&["joint", "partition"]),
         default: "joint",
     },

@@ -28,7 +28,7 @@ pub enum ContainerError {
         /// Cause.
         source: std::io::Error,
     },
-    /// The file is no container of ours, or damaged; the message says what is wrong.
+    /// The file is not a container of ours, or damaged; the message says what is wrong.
     #[error("{path}: {problem}")]
     Malformed {
         /// File.

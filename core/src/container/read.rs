@@ -57,7 +57,7 @@ impl EncodedVolume {
     /// Reads and checks a container.
     ///
     /// # Errors
-    /// When the file cannot be read, is no container, is truncated, or a checksum fails.
+    /// When the file cannot be read, is not a container, is truncated, or a checksum fails.
     pub fn open(path: &Path) -> Result<Self, ContainerError> {
         let io = |source| ContainerError::Io { path: path.display().to_string(), source };
         let bad = |problem: String| ContainerError::Malformed { path: path.display().to_string(), problem };

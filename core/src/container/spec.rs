@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::codec::{EncodeReport, Settings};
 use crate::volume::{Replaced, VolumeLayout};
 
-/// Version of the container format; see `docs/format.md`.
+/// Version of the container format; see `docs/codec-author/format.md`.
 pub const FORMAT_VERSION: u32 = 1;
 
 /// Element type of a tensor.

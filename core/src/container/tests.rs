@@ -62,7 +62,7 @@ fn every_flipped_bit_is_noticed() {
     let path = dir.path().join("v.cvr");
     write(&path);
     let bytes = std::fs::read(&path).unwrap();
-    // Padding is spaces: a flip there is no JSON any more, so that nothing is exempt.
+    // Padding is spaces. A flip there makes the header invalid JSON, so no byte is exempt.
     for at in 0..bytes.len() {
         let mut damaged = bytes.clone();
         damaged[at] ^= 1 << (at % 8);

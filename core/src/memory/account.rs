@@ -1,4 +1,4 @@
-//! What is taken, against what may be.
+//! Memory in use, and its limit.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -33,7 +33,7 @@ pub struct OutOfMemory {
     pub needed: u64,
     /// Bytes that are taken already.
     pub taken: u64,
-    /// What may be taken; `None` where the system refused what no bound forbids.
+    /// The limit; `None` if the system refused memory that no limit forbids.
     pub bound: Option<Bound>,
 }
 
@@ -53,7 +53,7 @@ impl fmt::Display for OutOfMemory {
         };
         write!(f, ", and {} may be taken ({source})", gigabytes(*bytes))?;
         if *taken > 0 {
-            write!(f, ", of which {} are", gigabytes(*taken))?;
+            write!(f, "; {} are taken already", gigabytes(*taken))?;
         }
         f.write_str("; take less at a time, or allow more with --max-gb")
     }
@@ -71,7 +71,7 @@ pub fn gigabytes(bytes: u64) -> String {
     }
 }
 
-/// A sum, and what it may come to.
+/// A sum and its limit.
 struct Account {
     bound: RwLock<Option<Bound>>,
     taken: AtomicU64,
@@ -103,24 +103,24 @@ pub fn allow(bound: Bound) {
     *PROCESS.bound.write().unwrap_or_else(PoisonError::into_inner) = Some(bound);
 }
 
-/// What may be taken; `None` where there is no bound.
+/// What may be taken; `None` if there is no limit.
 #[must_use]
 pub fn allowed() -> Option<Bound> {
     PROCESS.bound()
 }
 
-/// Whether so many bytes more may be taken; `what` needs them.
+/// Checks that this many more bytes may be taken; `what` needs them.
 ///
 /// # Errors
-/// When they may not.
+/// When they exceed the limit.
 pub fn check(bytes: u64, what: impl FnOnce() -> String) -> Result<(), OutOfMemory> {
     PROCESS.check(bytes, what)
 }
 
-/// So many zeros, once they are known to have room.
+/// A vector of zeros, after a check that it fits.
 ///
 /// # Errors
-/// When they may not be taken, or the system refuses them.
+/// When the limit or the system refuses them.
 pub fn zeroed<T: Clone + Default>(count: u64, what: impl Fn() -> String) -> Result<Vec<T>, OutOfMemory> {
     let needed = count.saturating_mul(size_of::<T>() as u64);
     check(needed, &what)?;
@@ -131,8 +131,8 @@ pub fn zeroed<T: Clone + Default>(count: u64, what: impl Fn() -> String) -> Resu
     Ok(vec![T::default(); count])
 }
 
-/// Bytes that are taken as long as this lives. It stands beside the buffer in whatever keeps one; equal to any other, so
-/// that its owner compares by what it holds.
+/// Bytes that are taken as long as this lives. It is a field beside the buffer. It equals any other `Held`, so owners
+/// compare by their contents.
 #[derive(Debug, Default)]
 pub struct Held(u64);
 
@@ -202,8 +202,8 @@ mod tests {
         let refused = OutOfMemory { what: "x".to_owned(), needed: 999, taken: 500_000_000, bound };
         assert_eq!(
             refused.to_string(),
-            "x needs 1.0 kB of memory, and 64.0 MB may be taken (what the control group of this process has free), of \
-             which 500 MB are; take less at a time, or allow more with --max-gb"
+            "x needs 1.0 kB of memory, and 64.0 MB may be taken (what the control group of this process has free); \
+             500 MB are taken already; take less at a time, or allow more with --max-gb"
         );
     }
 
@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(zeroed::<f32>(3, String::new).unwrap(), [0.0; 3]);
     }
 
-    /// Other tests of this process hold buffers at the same time: only a size that none of them has tells.
+    /// Other tests of this process hold buffers at the same time: only a size that none of them has is conclusive.
     #[test]
     fn a_buffer_counts_as_long_as_it_lives() {
         const LARGE: u64 = 1 << 50;

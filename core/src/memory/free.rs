@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::{Bound, Source};
 
-/// Bytes that may be taken without others having to give: what Linux calls available, or less where a control group (of
-/// either version, at any height) allows less. `None` on systems that do not tell.
+/// Free bytes: what Linux reports as available, or less if a control group (of either version, at any height) allows
+/// less. `None` on systems that do not report it.
 #[must_use]
 pub fn free() -> Option<Bound> {
     free_under(Path::new("/"))
@@ -74,7 +74,7 @@ fn groups(root: &Path) -> Vec<u64> {
 fn free_of(group: &Path, files: &Files) -> Option<u64> {
     let read = |name: &str| std::fs::read_to_string(group.join(name)).ok();
     let number = |name: &str| read(name)?.trim().parse::<u64>().ok();
-    // `max` is no number.
+    // `max` is not a number.
     let (limit, usage) = (number(files.limit)?, number(files.usage)?);
     let inactive = read("memory.stat").and_then(|stat| {
         stat.lines().find_map(|line| line.strip_prefix(files.inactive)?.trim().parse::<u64>().ok())

@@ -1,10 +1,10 @@
 //! Memory for voxels and streams: how much may be taken, how much is taken, and the refusal of what is too much.
 //!
-//! A system grants more memory than it has and ends the process that uses it, so that a failed allocation is no bound.
-//! Whoever is about to reserve a buffer whose size a file, a configuration or a user names, asks first ([`check`],
-//! [`zeroed`]); whatever keeps such a buffer says so for as long as it lives ([`Held`]). The bound is that of the process
-//! ([`allow`]); without one nothing is refused. Not counted are pictures, what a device driver takes, and the small
-//! change of a process.
+//! A system grants more memory than it has and ends the process that uses it. A failed allocation is therefore no limit.
+//! If a file, a configuration or a user names the size of a buffer, code asks before it reserves the buffer ([`check`],
+//! [`zeroed`]). The owner of such a buffer counts it for as long as it lives ([`Held`]). The limit is one of the process
+//! ([`allow`]); without a limit nothing is refused. Pictures, the memory of a device driver, and small buffers are not
+//! counted.
 
 mod account;
 mod free;

@@ -1,4 +1,4 @@
-//! Whether two pictures that ought to be the same are: the device's against that of the CPU mirror.
+//! Whether the picture of the device agrees with that of the CPU mirror.
 
 use super::{SizeMismatch, visible};
 use crate::render::Image;
@@ -16,8 +16,8 @@ pub struct AgreementRule {
     pub limit: f32,
 }
 
-/// Tolerances, all in one place. Floats are not exact across devices, so that equality is no option; each bound is
-/// tight enough for a picture shifted by one pixel to fail.
+/// Tolerances, all in one place. Floats are not exact across devices, so pictures cannot be equal. Each bound is tight
+/// enough for a picture shifted by one pixel to fail.
 ///
 /// | rule     | visible pixels that agree | within | none beyond | because                                          |
 /// |----------|---------------------------|--------|-------------|--------------------------------------------------|
@@ -36,8 +36,8 @@ impl AgreementRule {
 
     /// Checks a device's picture against the mirror's.
     ///
-    /// A pixel counts as visible when it is so in either picture. Two blank pictures agree, which proves little:
-    /// see [`ImageAgreement::visible_pixels`].
+    /// A pixel counts as visible if it is visible in either picture. Two blank pictures agree and prove little: see
+    /// [`ImageAgreement::visible_pixels`].
     ///
     /// # Errors
     /// When the rule is broken, or the pictures differ in size.
@@ -54,7 +54,7 @@ impl AgreementRule {
 pub struct ImageAgreement {
     /// Fraction of the visible pixels that agree; 1 when none is visible.
     pub fraction: f64,
-    /// Largest difference of a channel, premultiplied RGBA, over *all* pixels; infinite for what is no number.
+    /// Largest difference of a channel, premultiplied RGBA, over *all* pixels; infinite for a value that is not a number.
     pub max_difference: f32,
     /// Where it is: x, y.
     pub worst_pixel: [u32; 2],

@@ -32,7 +32,7 @@ const FAINTEST: [u8; 3] = [12, 18, 70];
 /// Errors up to half a step of 8 bits do not show in a picture: black.
 const INVISIBLE: f32 = 1.0 / 510.0;
 
-/// Colour of an error, given as a fraction of full scale. What is no number is drawn as the largest error.
+/// Colour of an error, given as a fraction of full scale. A value that is not a number is drawn as the largest error.
 #[must_use]
 pub fn error_colour(error: f32) -> [u8; 3] {
     if error <= INVISIBLE {

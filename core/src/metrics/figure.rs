@@ -1,5 +1,4 @@
-//! What a figure is called, in which unit it is, and what it means: one truth for records, reports and
-//! `docs/evaluation.md`.
+//! Name, unit and meaning of each figure. Records, reports and `docs/user/evaluation.md` read this one list.
 
 /// Which values of a figure are good.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -40,7 +39,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// The figure as a row of the table in `docs/evaluation.md`.
+    /// The figure as a row of the table in `docs/user/evaluation.md`.
     #[must_use]
     pub fn row(&self) -> String {
         let Self { name, unit, better, definition, .. } = self;

@@ -59,17 +59,17 @@ mod tests {
         assert_eq!(for_each_figure!(names).len() + FIRST.len(), columns.len());
     }
 
-    /// The table of `docs/evaluation.md` is that of the list, row by row.
+    /// The table of `docs/user/evaluation.md` is that of the list, row by row.
     #[test]
     fn the_documentation_has_every_definition() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/evaluation.md");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/user/evaluation.md");
         let text = std::fs::read_to_string(path).unwrap();
         let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("| `")).collect();
         let expected: Vec<String> = figures().map(Figure::row).collect();
         for row in &expected {
             assert!(
                 rows.contains(&row.as_str()),
-                "docs/evaluation.md lacks this row, letter by letter:\n{row}"
+                "docs/user/evaluation.md lacks this row, letter by letter:\n{row}"
             );
         }
         let of_figures = |row: &&&str| {

@@ -1,5 +1,5 @@
-//! The stability atlas: volumes that provoke, each with a dial of difficulty, and the verdicts on what codecs make of
-//! them. What is drawn, and by what, is the application's.
+//! The stability atlas: volumes that are made to break codecs, each with a dial of difficulty, and the rules of the
+//! verdicts. The application draws them.
 
 mod subjects;
 mod trial;

@@ -21,7 +21,7 @@ pub struct Trial {
     pub error_bound: Option<f64>,
     /// What the encoder remarked.
     pub notes: Vec<String>,
-    /// The decoded frames; none where a sample is no number, or nothing was decoded.
+    /// The decoded frames; none where a sample is not a number, or nothing was decoded.
     pub frames: Vec<Vec<f32>>,
     /// Their error; `None` without them.
     pub error: Option<VolumeError>,

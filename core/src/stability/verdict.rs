@@ -1,9 +1,9 @@
-//! Verdicts of the stability atlas: when a codec holds, degrades or fails. The rules are told in `docs/stability.md`;
+//! Verdicts of the stability atlas: when a codec holds, degrades or fails. `docs/user/stability.md` documents the rules;
 //! they were settled before anything was run by them.
 
 use serde::{Deserialize, Serialize};
 
-/// What is said of one codec at one step of a dial, in one scene or of its voxels.
+/// The verdict on one codec at one step of a dial: in one scene, or on its voxels.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -11,7 +11,7 @@ pub enum Verdict {
     Refused,
     /// Neither of the following.
     Holds,
-    /// The picture is off by more than twice what it is at the easiest step of the dial.
+    /// The picture error is more than twice that at the easiest step of the dial.
     Degrades,
     /// It breaks its own promise, or the trivial codec does better at the same rate.
     Fails,
@@ -42,7 +42,7 @@ impl std::fmt::Display for Verdict {
 pub enum Reason {
     /// The codec does not take such volumes.
     Refused,
-    /// An error bound or a value range that was promised does not hold, a decoded value is no number, or encoding or
+    /// An error bound or a value range that was promised does not hold, a decoded value is not a number, or encoding or
     /// decoding ends in an error.
     Promise,
     /// The file is at least as large as the uncompressed one, and yet something is lost.
@@ -80,10 +80,10 @@ pub const WORSE: f64 = 1.01;
 /// By how much the picture error may grow along a dial, as a ratio of root mean squares.
 pub const DEGRADED: f64 = 2.0;
 
-/// What became of the codec's own word.
+/// Whether the codec kept its promises.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Word {
-    /// The codec encoded, decoded, and kept whatever it promised.
+    /// The codec encoded, decoded, and kept its promises.
     Kept,
     /// It declined the volume; its reason.
     Refused(String),
@@ -104,7 +104,7 @@ pub struct Observed {
     pub trivial_voxels: f64,
     /// Errors up to this count as none: one unit in the last place of the largest magnitude.
     pub voxel_floor: f64,
-    /// Whether the codec is the uncompressed one, which only has its word to keep.
+    /// Whether the codec is the uncompressed one, which only has to keep its promises.
     pub exempt: bool,
 }
 
@@ -136,12 +136,12 @@ impl Judgement {
     }
 }
 
-/// Whether `own` is larger than `other`, beyond rounding and beyond what counts at all. What is no number is.
+/// Whether `own` is larger than `other`, beyond rounding and beyond what counts at all. A value that is not a number is.
 fn worse(own: f64, other: f64, floor: f64) -> bool {
     own.is_nan() || own > floor && own > WORSE * other
 }
 
-/// What holds of voxels and pictures alike.
+/// The rules that voxels and pictures share.
 fn common(observed: &Observed) -> Option<Judgement> {
     match observed.word {
         Word::Refused(_) => {
@@ -155,7 +155,7 @@ fn common(observed: &Observed) -> Option<Judgement> {
     (observed.larger_than_raw && lossy).then_some(Judgement::fails(Reason::LargerThanRaw))
 }
 
-/// The verdict on voxels. They never degrade: that is said of pictures.
+/// The verdict on voxels. They never degrade: that verdict is for pictures only.
 #[must_use]
 pub fn judge_voxels(observed: &Observed) -> Judgement {
     common(observed).unwrap_or({

@@ -1,5 +1,5 @@
-//! White noise: every voxel a number of its own, drawn evenly from 2^24 in 0..1. What no codec can compress, and what
-//! codes and codewords trained on it amount to: random ones.
+//! White noise: every voxel is an independent number, uniform over 2^24 values in 0..1. No codec can compress it. Codes
+//! and codewords trained on it are random.
 
 use super::Signal;
 use super::turbulence::mix;

@@ -4,7 +4,7 @@
 //! `[frame, z, y, x, channel]`, whichever of its axes runs fastest in the file. Of four axes a last one of 1, 2 or 4 is
 //! refused: it may be channels.
 //!
-//! The crate `ndarray-npy` reads the header. The voxels are read here, since its arrays reserve whatever memory the
+//! The crate `ndarray-npy` reads the header. The voxels are read here, because its arrays reserve all the memory that the
 //! header claims before they look at the file.
 
 mod write;

@@ -26,7 +26,7 @@ struct Slice {
 }
 
 impl Slice {
-    /// The layout of so many of them.
+    /// The layout of a stack of this many slices.
     fn layout(self, place: &Place, depth: u32, spacing: [f64; 3]) -> Result<StoredLayout, InputError> {
         let dims = [self.width, self.height, depth];
         let shape = Shape { channels: self.channels, ..Shape::scalar(dims) };

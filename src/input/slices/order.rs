@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// or a space, is a sign; `e-05` and `e+05` behind digits are an exponent. The extension is left out: what stands behind
 /// the last dot and has a letter.
 ///
-/// In `v1.8`, `v1.9`, `v1.10` the dot separates counters. Such names are told from decimals by all names together:
+/// In `v1.8`, `v1.9`, `v1.10` the dot separates counters. All names together distinguish them from decimals:
 /// their last runs have several lengths, one ends in 0 where others are shorter, and none begins with one.
 pub(in super::super) fn sort_naturally(files: &mut [PathBuf]) {
     let reading = Dots::of(files);
@@ -154,7 +154,7 @@ impl Ord for Token {
     fn cmp(&self, other: &Self) -> Ordering {
         match (self, other) {
             (Self::Number(a), Self::Number(b)) => a.cmp(b),
-            // A minus that is no sign comes before one that is.
+            // A minus that is not a sign comes before one that is.
             (a, b) => a
                 .first()
                 .cmp(&b.first())

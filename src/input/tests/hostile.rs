@@ -110,7 +110,7 @@ proptest! {
         let _ = open(&folder.write("v", &header, &data));
     }
 
-    /// A good file with some bytes replaced: read or refused, and whatever is read has the claimed size.
+    /// A good file with some bytes replaced: read with the claimed size, or refused.
     #[test]
     fn any_damage_to_a_good_file(
         compressed in any::<bool>(),

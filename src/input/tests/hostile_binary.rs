@@ -1,4 +1,4 @@
-//! Formats that are no text: lies, cuts and damage. No panic, and nothing is read that is not there.
+//! Formats that are not text: lies, cuts and damage. No panic, and nothing is read that is not there.
 
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! Files that claim what they have not: small ones of each format, with the words that their errors must hold.
 
-/// A file, what it is called, and what the message must say.
+/// A file, its name, and the text that the message must contain.
 pub struct Lie {
     pub name: &'static str,
     pub bytes: Vec<u8>,

@@ -217,7 +217,7 @@ fn files_of_no_known_format() {
     let folder = Folder::new();
     assert_eq!(
         folder.refusal("v.xyz", "<VTK \"x\">", &[0, 200]),
-        "v.xyz: neither the extension \"xyz\" nor the first bytes \"<VTK \\\"x\\\">\\x00\\xc8\" tell a format; \
+        "v.xyz: neither the extension \"xyz\" nor the first bytes \"<VTK \\\"x\\\">\\x00\\xc8\" identify a format; \
          supported: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI-1 (.nii, .nii.gz), VTK image data (.vti), \
          NumPy arrays (.npy), TIFF stacks (.tif), folders of TIFF or PNG slices, and headerless raw files, whose \
          dimensions, sample type and byte order must be given"

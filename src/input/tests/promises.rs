@@ -116,7 +116,7 @@ fn spacing_is_that_of_imagej_or_ome() {
     let mut imagej = stack(2, "ImageJ=1.53t\nimages=2\nslices=2\nspacing=2.5\nunit=um\n");
     imagej[0].resolution = Some([[2, 1], [4, 5]]);
     assert_eq!(spacing(&imagej), [0.5, 1.25, 2.5]);
-    // Bytes that are no UTF-8, from before ImageJ escaped them.
+    // Bytes that are not UTF-8, from before ImageJ escaped them.
     imagej[0].description = Some(b"ImageJ=1.43\nimages=2\nunit=\xb5m\n".to_vec());
     assert_eq!(spacing(&imagej), [0.5, 1.25, 1.0]);
     imagej[0].resolution = Some([[0, 1], [4, 5]]);

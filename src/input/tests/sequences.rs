@@ -57,7 +57,7 @@ fn frames_come_in_the_order_of_decimals() {
     }
 }
 
-/// A folder or file that is there by its very name is no pattern.
+/// The exact name of an existing folder or file is not a pattern.
 #[test]
 fn brackets_in_names_are_no_patterns() {
     let folder = Folder::new();

@@ -19,7 +19,7 @@ pub(super) struct Header {
     pub active_of_cells: Option<String>,
     pub arrays: Vec<Array>,
     pub appended: Option<Appended>,
-    /// Where every array that is appended begins, whatever it holds, in bytes behind the appended data's beginning.
+    /// Where each appended array begins, in bytes after the start of the appended data.
     pub appended_offsets: Vec<u64>,
 }
 

@@ -59,7 +59,7 @@ fn layout_of(header: &Header, array: &Array) -> Result<StoredLayout, InputError>
     StoredLayout::new(&array.place, shape, header.spacing, array.stored)
 }
 
-/// Arrays in which VTK marks what is not to be drawn; they are never the volume.
+/// Arrays with which VTK marks hidden points and cells; they are never the volume.
 const GHOSTS: [&str; 2] = ["vtkGhostType", "vtkGhostLevels"];
 
 /// The active scalars of the points, or their only array; without any, those of the cells.

@@ -205,7 +205,7 @@ impl Element<'_> {
         pieces: &mut u32,
         text: Option<u64>,
     ) -> Result<(), InputError> {
-        // Of arrays of any kind: what is not read bounds what is.
+        // Arrays of any kind: those that are not read bound those that are.
         if matches!(self.start.name().as_ref(), "DataArray" | "Array")
             && self.attribute("format")?.as_deref() == Some("appended")
         {
@@ -326,7 +326,7 @@ impl Element<'_> {
             }
             (other, _) => return Err(self.malformed("format", other, wanted)),
         };
-        // Strings and bits among other arrays are no reason to refuse the one that is the volume.
+        // Strings and bits in other arrays are no reason to refuse the array that is the volume.
         let Some(stored) = sample_type(&kind) else {
             let names_it =
                 |active: &Option<String>, name: &Option<String>| active.is_some() && active != name;

@@ -32,7 +32,7 @@ pub enum Refused {
 }
 
 impl Curve {
-    /// From points (rate in any unit, quality in dB). What is lossless, or no number, is no point of a curve.
+    /// From points (rate in any unit, quality in dB). Lossless points, and points that are not numbers, are left out.
     #[must_use]
     pub fn of(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let finite = |(rate, quality): &(f64, f64)| *rate > 0.0 && rate.is_finite() && quality.is_finite();

@@ -1,4 +1,4 @@
-//! Against SciPy and another program (`reference.py`), and where there is no difference to tell.
+//! Against SciPy and another program (`reference.py`), and cases without a difference.
 
 use super::*;
 
@@ -102,7 +102,7 @@ fn too_few_points_and_too_little_in_common_are_refused() {
     let rates = [0.5, 1.0, 2.0, 4.0];
     let anchor = line(&rates, 40.0);
     assert_eq!(decibels(&anchor, &line(&rates[..3], 42.0)), Err(Refused::Few(3)));
-    // Rates in common, qualities far apart: one of the two differences can be told.
+    // Rates in common, qualities far apart: one of the two differences is defined.
     let better = line(&rates, 90.0);
     assert!((decibels(&anchor, &better).unwrap() - 50.0).abs() < 1e-12);
     assert_eq!(log_rate(&anchor, &better), Err(Refused::Apart(0.0)));

@@ -52,7 +52,7 @@ pub(super) struct Range {
     pub(super) high: f64,
     /// Distance of ticks; `None` on a logarithmic axis, whose ticks are kuva's.
     pub(super) step: Option<f64>,
-    /// Where infinity stands, and what it is called there.
+    /// Place and label of infinity.
     infinity: Option<(f64, &'static str)>,
 }
 
@@ -80,7 +80,7 @@ impl Range {
     }
 
     fn linear(low: f64, high: f64, limit: Option<f64>, infinity: Option<&'static str>) -> Self {
-        // Without an extent, a tenth of the value stands in for it: ticks stay readable at any magnitude.
+        // Without an extent, a tenth of the value is used: ticks stay readable at any magnitude.
         let span = if high > low { high - low } else { (high.abs() * 0.1).max(1e-6) };
         let step = nice_step(span / 5.0);
         let (mut from, mut to) = ((low / step).floor() * step, (high / step).ceil() * step);

@@ -38,7 +38,7 @@ pub struct Mark {
     pub colour: Colour,
     /// Filled, or an outline alone.
     pub filled: bool,
-    /// Drawn in grey, as what another beats; its shape still tells the series.
+    /// Drawn in grey because another mark beats it. Its shape still shows the series.
     pub faint: bool,
 }
 

@@ -1,7 +1,7 @@
 //! A small chart type: series of marks and lines over two axes, drawn as SVG that follows the page's colours.
 //!
-//! Axes, grid, ticks and labels are `kuva`'s; marks are ours, since a chart here must tell failures, baselines,
-//! dominated cells and filters apart, by shape as well as by colour.
+//! Axes, grid, ticks and labels are `kuva`'s. Marks are ours: charts here distinguish failures, baselines, beaten cells
+//! and filters by shape as well as by colour.
 
 mod axis;
 mod draw;
@@ -49,7 +49,7 @@ pub struct Point {
     pub mark: Mark,
     /// Shown when pointed at.
     pub title: String,
-    /// Number of its record, if it stands for one.
+    /// Number of its record, if it has one.
     pub cell: Option<usize>,
     /// Whether it lies on a line of those that none beats.
     pub unbeaten: bool,

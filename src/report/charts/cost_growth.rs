@@ -9,7 +9,7 @@ use crate::experiment::labels::full_coding;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::Record;
 
-/// Sizes that a fit needs: two would fit any power without telling whether it is one.
+/// Sizes that a fit needs: two points fit any power, and do not show whether growth is a power.
 const LEAST_SIZES: usize = 3;
 
 /// What grows.
@@ -55,7 +55,7 @@ pub(super) struct Family {
     volumes: Vec<String>,
 }
 
-/// Volumes that stand for one volume that grows: those of the same source and type, in two sizes or more.
+/// Volumes that count as one growing volume: the same source and type, in two sizes or more.
 pub(super) fn families(provenance: &Provenance) -> Vec<Family> {
     let key = |v: &crate::experiment::provenance::VolumeProvenance| (v.source.clone(), v.dtype.clone());
     let family = |of: (String, String)| {
@@ -104,7 +104,7 @@ impl Fit {
     }
 }
 
-/// A cost over voxels, with a fitted power for each codec and settings. One site stands for all.
+/// A cost over voxels, with a fitted power for each codec and settings. One site represents all.
 pub(super) fn cost_growth(
     records: &[Record],
     palette: &Palette,

@@ -5,8 +5,8 @@ use super::super::chart::{Axis, Chart, LegendEntry, Line, Mark, Scale};
 use super::marks::{Palette, Placed, beaten_entries, contest, failure_entries, one_per_coding};
 use crate::experiment::record::Record;
 
-/// Seconds to encode over the PSNR of the voxels. Of a stream that is decoded in part, encoding is that of the whole, so
-/// that such cells are left out.
+/// Seconds to encode over the PSNR of the voxels. Cells that decode only some stages are left out: their encoding time is
+/// that of the whole stream.
 pub(super) fn encode_time(
     records: &[Record],
     palette: &Palette,

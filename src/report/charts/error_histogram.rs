@@ -58,8 +58,8 @@ pub(super) fn error_histogram(
     let left_out: Vec<String> =
         all.into_iter().filter(|s| shown.iter().all(|own| own.series != *s)).collect();
     let mut note = format!(
-        "Of each curve the setting between {} and {} bits per voxel, where most curves have one; in bins of {} data units ({} \
-         of the range).",
+        "One setting of each curve, between {} and {} bits per voxel, where most curves have one. Bins of {} data units ({} of \
+         the range).",
         short(Some(low)),
         short(Some(high)),
         short(Some(width)),
@@ -69,7 +69,7 @@ pub(super) fn error_histogram(
         note += &format!(" Left out, without a lossy setting or a histogram there: {}.", left_out.join(", "));
     }
     for own in shown.iter().filter(|own| own.infinite > 0) {
-        note += &format!(" {} samples of {} are no numbers.", own.infinite, own.series);
+        note += &format!(" {} samples of {} are not numbers.", own.infinite, own.series);
     }
     let drawing = draw(records, palette, of_volume, (width, range), &shown);
     (!drawing.chart.points.is_empty()).then_some((drawing, note))
@@ -145,7 +145,7 @@ fn width<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<f64> {
     Some(width)
 }
 
-/// Adds the rows of a histogram up in bins of this width, of which one begins at 0.
+/// Adds up the rows of a histogram in bins of this width. One bin begins at 0.
 fn binned<'a>(series: String, record: &'a Record, rows: &[Row], width: f64) -> Shown<'a> {
     let mut shown = Shown { series, record, bins: BTreeMap::new(), infinite: 0, samples: 0 };
     for row in rows {
@@ -321,7 +321,7 @@ mod tests {
         let (drawing, note) = error_histogram(dir, &records, &palette, &provenance, "v").unwrap();
         assert!(note.contains("Left out, without a lossy setting or a histogram there: tvq."), "{note}");
         assert!(
-            note.ends_with("1 samples of hvq are no numbers.") && note.contains("bins of 2.00"),
+            note.ends_with("1 samples of hvq are not numbers.") && note.contains("Bins of 2.00"),
             "{note}"
         );
         let rows = drawing.sheet.unwrap().rows;

@@ -1,4 +1,4 @@
-//! What the charts share: which colour and shape a codec has, what a mark says, and what a legend tells.
+//! What the charts share: colour and shape of a codec, texts of marks, and legends.
 
 use super::super::cells::{Baseline, blends, compressed, distinct, ok};
 use super::super::chart::{Colour, LegendEntry, Line, Mark, Point, Shape};
@@ -103,7 +103,7 @@ pub(super) fn number(records: &[Record], record: &Record) -> usize {
     records.iter().position(|r| std::ptr::eq(r, record)).unwrap_or(0)
 }
 
-/// Of cells that share what is measured, one for each codec, settings and number of stages: failed only if all are.
+/// One cell for each codec, settings and number of stages, if cells share the measurement. It counts as failed only if all did.
 pub(super) fn one_per_coding<'a>(cells: &[&'a Record]) -> Vec<&'a Record> {
     let one = |name: String| {
         let same = || cells.iter().copied().filter(|r| full_coding(r) == name);
@@ -120,8 +120,8 @@ pub(super) struct Placed<'a> {
     pub(super) mark: Mark,
 }
 
-/// Marks of cells that compete, those on top that none beats and the others grey; and the line along the former. `costs`
-/// says of a place what is to be low. A failed cell does not compete.
+/// Marks of competing cells, with unbeaten ones on top and the others grey, and the line along the unbeaten ones. `costs`
+/// returns the quantities to minimise. A failed cell does not compete.
 pub(super) fn contest(
     records: &[Record],
     palette: &Palette,
@@ -168,7 +168,7 @@ pub(in super::super) fn filter_entries(cells: &[&Record], shape: Shape) -> Vec<L
     if both { filled_and_hollow(shape, "linear filter", "nearest") } else { Vec::new() }
 }
 
-/// Two entries for what is filled and what is not.
+/// Two entries: filled and hollow marks.
 pub(super) fn filled_and_hollow(shape: Shape, filled: &str, hollow: &str) -> Vec<LegendEntry> {
     let entry = |filled, label: &str| {
         let mark = Mark { filled, ..Mark::filled(shape, Colour::Ink) };

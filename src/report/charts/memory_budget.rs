@@ -1,5 +1,5 @@
-//! Given so much memory on the device: the best picture, and its frame time. A volume needs no more of a model than its
-//! scene does, so that this is asked of pictures and not of voxels.
+//! The best picture for a given amount of memory on the device, and its frame time. Pictures count and not voxels: a scene
+//! does not show all voxels.
 
 use super::super::cells::{Baseline, View, blends, shown};
 use super::super::chart::{Axis, Chart, Colour, Line, Mark, Point, Scale, Shape};
@@ -13,7 +13,7 @@ use crate::experiment::record::Record;
 
 const MIB: f64 = 1_048_576.0;
 
-/// Bytes that the device must have for a cell: what stays while it draws, or what it needs meanwhile to decode.
+/// Bytes that the device needs for a cell: while it draws or while it decodes, whichever is more.
 fn memory(record: &Record) -> Option<f64> {
     let bytes = record.resident_bytes?.max(record.device_decode_bytes.unwrap_or(0));
     (bytes > 0).then_some(bytes as f64)

@@ -107,12 +107,12 @@ struct Subject<'a> {
     family: Option<&'a str>,
     view: Option<&'a View>,
     device: Option<&'a str>,
-    /// How its numbers are defined, where its axes cannot tell.
+    /// Definition of its numbers, if the axes do not show it.
     note: Option<&'a str>,
 }
 
-const BUDGET: &str = "Memory is what stays on the device while it draws or, where it is more, what decoding needs \
-    meanwhile. The line goes from one best cell to the next.";
+const BUDGET: &str = "Memory is what the device needs while it draws or while it decodes, whichever is more. The \
+    line goes from one best cell to the next.";
 const GROWTH: &str = "One volume in several sizes. Dashed: cost = a · voxels^b by least squares of the logarithms, b with \
     its standard error.";
 

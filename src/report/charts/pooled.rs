@@ -15,8 +15,8 @@ const MARKS: u32 = 9;
 /// Pieces of line between two marks.
 const PIECES: u32 = 8;
 
-const DEFINITION: &str = "Mean over the volumes of the PSNR at the same rate: each curve on each volume is interpolated \
-    by monotone cubics over the logarithm of the rate, and the mean drawn where the curves of a series reach on all of them.";
+const DEFINITION: &str = "Mean over the volumes of the PSNR at the same rate. Each curve is interpolated by monotone \
+    cubics over the logarithm of the rate. The mean is drawn for rates that the curves of a series reach on all volumes.";
 
 /// The quality of a series on each volume, over log10 of the rate.
 struct Pool {
@@ -40,8 +40,8 @@ impl Pool {
 }
 
 /// Mean over the volumes of a series' PSNR at the same rate, between the rates that all of its curves cover. A series is
-/// drawn if it has a curve of two points or more on each of the volumes on which any series has one, so that all lines are
-/// means over the same volumes. With the chart comes how it is defined, in words.
+/// drawn if it has a curve of two points or more on each of the volumes on which any series has one. All lines are then
+/// means over the same volumes. The chart comes with its definition in words.
 pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) -> Option<(Drawing, String)> {
     let mut pools: Vec<Pool> = Vec::new();
     let mut pooled = Vec::new();
@@ -107,7 +107,10 @@ pub(super) fn pooled(records: &[Record], palette: &Palette, measure: Measure) ->
     let mut note = format!("{DEFINITION} Volumes: {}.", pooled.join(", "));
     if !left_out.is_empty() {
         let names: Vec<&str> = left_out.iter().map(|p| p.series.as_str()).collect();
-        note += &format!(" Left out, since not on all of them or at no common rate: {}.", names.join(", "));
+        note += &format!(
+            " Left out, because missing on a volume or without a common rate: {}.",
+            names.join(", ")
+        );
     }
     let chart = Chart { description, x, y, lines, points, legend };
     (!chart.points.is_empty()).then_some((Drawing { chart, sheet: Some(sheet) }, note))

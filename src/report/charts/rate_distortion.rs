@@ -72,7 +72,7 @@ pub(super) fn voxel_psnr(records: &[Record], palette: &Palette, volume: &str) ->
     (!chart.points.is_empty()).then_some(chart)
 }
 
-/// SSIM of the picture over bits per voxel. One site stands for all, the same for every filter.
+/// SSIM of the picture over bits per voxel. One site represents all, the same for every filter.
 pub(super) fn picture_ssim(records: &[Record], palette: &Palette, view: &View) -> Option<Chart> {
     let mut cells: Vec<&Record> = Vec::new();
     let own = || {

@@ -1,4 +1,4 @@
-//! What is drawn of whom: fronts, devices, means over volumes.
+//! Which cells a chart draws: fronts, devices, means over volumes.
 
 use super::super::chart::Point;
 use super::*;
@@ -72,7 +72,7 @@ fn methods_of_a_codec_have_lines_of_their_own() {
     assert_eq!(encode[..2], [fixed, variable]);
     assert_eq!(memory[..2], [format!("{fixed}, "), format!("{variable}, ")]);
     assert!(legend[0].mark.colour != legend[1].mark.colour && legend[0].mark.shape != legend[1].mark.shape);
-    // Told by no codec to be methods, they are settings of one curve, and of one method alone the name is the codec's.
+    // If no codec lists them as methods, they are settings of one curve, and the curve has the codec's name.
     let unmarked: Vec<Record> =
         records.iter().map(|r| Record { series: String::new(), ..r.clone() }).collect();
     let (lines, voxels, ..) = drawn(&unmarked);

@@ -90,7 +90,7 @@ fn dial(subject: &Subject, rows: &[&Row], series: &Series) -> Chart {
     let x = Axis { include: vec![1.0], ..Axis::new("step", "step of the dial  (harder →)", Scale::Linear) };
     let y = Axis {
         infinity: Some("identical"),
-        // Where all pictures are identical, the axis still shows what it is.
+        // If all pictures are identical, the axis still has its name.
         include: vec![20.0, 60.0],
         ..Axis::new("image_psnr_db", "PSNR of the worst picture in dB  (better →)", Scale::Linear)
     };

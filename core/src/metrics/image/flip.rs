@@ -1,10 +1,10 @@
-//! FLIP: the difference that an eye sees which switches between two pictures.
+//! FLIP: the difference that an eye sees when two pictures alternate.
 //!
 //! After P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact.
 //! Tech. 3 (2), 2020, for pictures of low dynamic range (section 4), which are taken to be sRGB as they are shown; section
 //! and equation numbers below are of that paper. The display is the paper's: 0.7 m away, 3840 pixels on 0.7 m, so 67
-//! pixels per degree. Borders are repeated. Written anew, rather than taken from the authors' C++ or a binding to it, so
-//! that the library needs no compiler but Rust's; a test holds it to the numbers of the authors' program.
+//! pixels per degree. Borders are repeated. This is a new implementation: the authors' C++, or a binding to it, would need
+//! another compiler than Rust's. A test compares it with numbers of the authors' program.
 
 use super::gaussian::{Plane, gaussian};
 use super::metric::{Metric, Pair, Per};
@@ -77,7 +77,7 @@ impl Metric for Flip {
             let colour = stretched(difference(colours[0][i], colours[1][i]), largest);
             let feature = features[0].difference(&features[1], i);
             let both = colour.powf(1.0 - feature);
-            // What is no number is as wrong as can be.
+            // A value that is not a number has the largest error.
             if both.is_nan() { 1.0 } else { both }
         });
         (differences.sum(), pair.reference.len() as u64)

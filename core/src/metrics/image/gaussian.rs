@@ -10,7 +10,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// The plane of another value for each of this.
+    /// The plane with a function applied to each value.
     pub(super) fn map(&self, value: impl Fn(f64) -> f64) -> Self {
         Self { size: self.size, values: self.values.iter().map(|v| value(*v)).collect() }
     }
@@ -21,8 +21,8 @@ impl Plane {
         Self { size: self.size, values }
     }
 
-    /// Correlates rows with one kernel of odd length and columns with another, where all of both lies in the plane: the
-    /// result is smaller by a kernel's length less one.
+    /// Correlates rows with one kernel of odd length and columns with another, wherever both lie inside the plane. The
+    /// result is smaller by the length of a kernel minus one.
     ///
     /// # Panics
     /// When a kernel is longer than the plane.
@@ -50,8 +50,8 @@ impl Plane {
         self.widened(along_x.len() / 2, repeated).inner(along_x, along_y)
     }
 
-    /// The plane with so many pixels more on each side, mirrored at its border; the pixels of the border come twice, and
-    /// mirrors face each other where the plane is narrow.
+    /// The plane with this many more pixels on each side, mirrored at its border. Border pixels appear twice. In a narrow
+    /// plane the mirrors repeat.
     pub(super) fn mirrored(&self, by: usize) -> Self {
         let mirrored = |at: isize, n: usize| {
             let at = at.rem_euclid(2 * n as isize) as usize;

@@ -1,4 +1,4 @@
-//! What a metric of pictures is that adds up over pixels.
+//! Metrics of pictures that add up over pixels.
 
 use crate::metrics::Figure;
 

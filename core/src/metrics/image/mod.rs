@@ -1,9 +1,9 @@
 //! Error of a picture against a reference picture.
 //!
 //! Both are composited over the same opaque background. Error is summed over *all* pixels and divided by the
-//! number of the reference's *visible* pixels: stray noise in the background counts, and cannot buy a larger
-//! denominator. Whole-frame values, which divide by all pixels, stand beside. Against a reference that shows nothing no
-//! picture is right or wrong: there is no value then, of the whole frame neither.
+//! number of the reference's *visible* pixels: stray noise in the background counts, and does not enlarge the
+//! denominator. Whole-frame values divide by all pixels. A reference that shows nothing cannot judge a picture: there is no
+//! value then, not even of the whole frame.
 //! One file holds one metric, and `list.rs` names them all.
 
 mod flip;

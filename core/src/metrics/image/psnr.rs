@@ -36,7 +36,7 @@ impl Metric for Psnr {
             "`image_psnr_db` against raw's picture under the same site and filter",
         ),
     ];
-    /// Sum of squared differences over all channels; infinite where one is no number.
+    /// Sum of squared differences over all channels; infinite where one is not a number.
     type Sums = f64;
 
     fn compare(pair: &Pair<'_>) -> f64 {

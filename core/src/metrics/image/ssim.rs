@@ -1,9 +1,9 @@
 //! SSIM of pictures, by the windows of `structure.rs`: one around every pixel.
 //!
 //! Where a window leaves the picture, the picture is mirrored at its border (the pixels of the border come twice). The
-//! figure of the whole frame leaves such windows out, as Wang et al. 2004 and scikit-image do, and is held to scikit-image.
-//! That per visible pixel has them all, since what is visible may lie at the border: each wrong pixel then weighs in as
-//! many windows wherever it lies.
+//! figure of the whole frame leaves such windows out, as Wang et al. 2004 and scikit-image do; tests compare it with
+//! scikit-image. The figure per visible pixel has all windows, because visible pixels may lie at the border. Each wrong
+//! pixel then counts in equally many windows.
 
 use super::metric::{Metric, Pair, Per};
 use super::structure::{Index, WINDOW, Windows, luma};
@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// By hand: constant pictures of 0.5 and 0.25 have no contrast, so that luminance alone counts. What is no number is
+    /// By hand: constant pictures of 0.5 and 0.25 have no contrast, so that luminance alone counts. A value that is not a number is
     /// not alike at all.
     #[test]
     fn constant_pictures_differ_in_luminance_alone() {

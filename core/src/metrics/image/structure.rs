@@ -19,7 +19,7 @@ pub(super) fn luma(rgb: &[[f32; 3]], size: [usize; 2]) -> Plane {
     Plane { size, values: rgb.iter().map(luma).collect() }
 }
 
-/// How alike two pictures are within a window: 1 is equal. What is no number is not alike at all.
+/// How alike two pictures are within a window: 1 is equal. A value that is not a number is not alike at all.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) struct Index {
     luminance: f64,

@@ -112,7 +112,7 @@ fn error_is_divided_by_the_visible_pixels_of_the_reference() {
     assert!(swapped.psnr_db() > error.psnr_db());
 }
 
-/// Against a reference that shows nothing no picture is right or wrong, be it black too or not.
+/// A reference that shows nothing cannot judge a picture, black or not.
 #[test]
 fn nothing_is_compared_with_a_reference_that_shows_nothing() {
     let blank = Image::new([16, 16]);
@@ -141,8 +141,8 @@ fn sizes_must_agree() {
     assert_eq!(error.to_string(), "pictures of 2×3 and 3×2 pixels cannot be compared");
 }
 
-/// Two pictures side by side are one of twice the width, in which no window that sees the one sees the other. What is
-/// drawn beside a reference of nothing counts in the whole.
+/// Two pictures side by side form one of twice the width. No window sees both. Errors beside a reference that shows
+/// nothing count in the whole.
 #[test]
 fn pooled_pictures_are_one_picture() {
     let (a, b) = (disc(64), shifted(&disc(64), 0, 3));

@@ -73,7 +73,7 @@ impl Metric for BlockFaces {
             return None;
         }
         let [inside, across] = [inside, across].map(|(sum, pairs)| sum / pairs as f64);
-        // 0 ÷ 0 and what infinite errors leave is no number; a jump against none is infinite.
+        // 0 ÷ 0 and the result of infinite errors are not numbers; a jump against none is infinite.
         Some(across / inside).filter(|ratio| !ratio.is_nan())
     }
 
@@ -108,7 +108,7 @@ mod tests {
     fn every_axis_counts_that_has_both_kinds() {
         let edges = [4usize, 2, 3];
         let block = |i: usize| [i % 8 / edges[0], i / 8 % 6 / edges[1], i / 48 / edges[2]];
-        // Each block has a constant error of its own, so that nothing jumps inside.
+        // Each block has a constant error of its own: nothing jumps inside.
         let errors: Vec<f32> = (0..8 * 6 * 9).map(|i| block(i).iter().sum::<usize>() as f32).collect();
         assert_eq!(of([8, 6, 9], &errors, Some("4x2x3")), Some(f64::INFINITY));
         // A ramp jumps alike everywhere.

@@ -1,8 +1,8 @@
 //! PSNR of the foreground.
 //!
 //! The *foreground* leaves out blocks of 4³ voxels (of one frame and one channel; cut at the edge) all of whose originals
-//! lie within 2 % of the range from the modal value, the centre of the fullest of 256 bins over min..max; half a bin is
-//! added, since the mode is known no better.
+//! lie within 2 % of the range from the modal value, the centre of the fullest of 256 bins over min..max. Half a bin is
+//! added: the mode is not known more exactly.
 
 use super::metric::{Metric, Subject};
 use super::slab::Slab;

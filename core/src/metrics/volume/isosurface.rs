@@ -1,19 +1,20 @@
 //! How far the surfaces that a transfer function shows are from where they were.
 //!
-//! An isosurface is met by the edges between neighbouring voxels, of which one has at least the isovalue and the other
-//! less: at the place where a straight line between the two values has it. These crossings, in voxels, stand for the
-//! surface. The distance from a crossing of one volume to the nearest of the other is exact up to [`REACH`] voxels, and
-//! counts as that where it is more. At most [`SAMPLES`] crossings of each volume are asked, drawn by a hash of their
-//! number, which depends on nothing else; all crossings of the other answer.
+//! An isosurface crosses an edge between neighbouring voxels if one of them has at least the isovalue and the other has
+//! less. The crossing lies where a straight line between the two values has the isovalue. These crossings, in voxels,
+//! represent the surface. The distance from a crossing of one volume to the nearest of the other is exact up to [`REACH`]
+//! voxels; a larger one counts as [`REACH`]. At most [`SAMPLES`] crossings of each volume are measured, drawn by a hash of
+//! their number alone, against all crossings of the other.
 
 use rayon::prelude::*;
 
 use crate::metrics::{Better, Figure};
 use crate::render::TransferFunction;
 
-/// Crossings of a volume whose distance is taken, about: with more, each is drawn with the probability that makes so many.
+/// Approximate number of crossings whose distance is measured. If a volume has more, each is drawn with the matching
+/// probability.
 pub const SAMPLES: u64 = 10_000;
-/// Largest distance that is told, in voxels.
+/// Largest distance that is measured, in voxels.
 pub const REACH: usize = 8;
 /// Isovalues of a transfer function that count.
 pub const ISOVALUES: usize = 3;
@@ -259,7 +260,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// A number that looks drawn by chance: the finaliser of SplitMix64 (Steele, Lea & Flood 2014).
+/// A pseudo-random number: the finaliser of SplitMix64 (Steele, Lea & Flood 2014).
 const fn hash(number: u64) -> u64 {
     let mut h = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
     h = (h ^ (h >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

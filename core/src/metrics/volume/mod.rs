@@ -2,7 +2,7 @@
 //!
 //! The error `e` of a sample is decoded − original. Where samples are integers, a decoded value is rounded to the
 //! nearest integer and clamped to the original's min..=max first, for that is what a file of that type would hold; a
-//! value that is no number is infinitely wrong. Conventions are the same as those of the peer measurements this
+//! value that is not a number has an infinite error. Conventions are the same as those of the peer measurements this
 //! software is compared with. One file holds one metric, and `list.rs` names them all.
 
 mod autocorrelation;
@@ -44,7 +44,7 @@ pub struct VolumeError {
     pub psnr_db: f64,
     /// PSNR over the foreground; `None` when there is none (a constant volume has none).
     pub foreground_psnr_db: Option<f64>,
-    /// Largest absolute difference in data units; infinite when a decoded value is no number.
+    /// Largest absolute difference in data units; infinite when a decoded value is not a number.
     pub max_abs_error: f64,
     /// Mean squared error in squared data units.
     pub mse: f64,

@@ -1,7 +1,7 @@
-//! The error that all but a thousandth of the samples keep: exact, by the largest errors themselves.
+//! The 99.9th percentile of the error: exact, from the largest errors themselves.
 //!
-//! Of `n` samples only the ⌊n / 1000⌋ + 1 largest errors decide, so that no more are kept. Which errors a slab leaves out
-//! for that reason can be none of them, and the outcome depends on neither slabs nor threads.
+//! Only the ⌊n / 1000⌋ + 1 largest errors of `n` samples decide, so no more are kept. An error that a slab leaves out is never
+//! one of them. The result therefore depends on neither slabs nor threads.
 
 use super::metric::{Metric, Subject};
 use super::slab::Slab;

@@ -1,4 +1,4 @@
-//! A few neighbouring slices of one frame: the piece that metrics work on, whichever thread does it.
+//! A chunk of a few neighbouring layers of one frame: the unit of work of metrics, on any thread.
 
 use crate::volume::{BrickSource, FiniteVolume, ValueRange};
 
@@ -49,7 +49,7 @@ impl<'a> Slab<'a> {
         self.extent[0] * self.extent[1] * self.channels
     }
 
-    /// Decoded − original of the own samples; `+∞` where the decoded value is no number.
+    /// Decoded − original of the own samples; `+∞` where the decoded value is not a number.
     pub(super) fn errors(&self) -> &[f64] {
         let from = self.before * self.slice_len();
         &self.errors[from..from + self.original.len()]
@@ -137,7 +137,7 @@ impl Judge {
     }
 
     fn error(self, original: f32, decoded: f32) -> f64 {
-        // What is no number is infinitely wrong.
+        // A value that is not a number has an infinite error.
         if decoded.is_nan() {
             return f64::INFINITY;
         }

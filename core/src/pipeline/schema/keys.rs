@@ -36,12 +36,12 @@ fn experiment() -> Table {
     let seed = Shape::Integer { min: 0, max: i64::MAX };
     let keys = vec![
         Key::required("name", Shape::Name, "Name of the experiment, of its report and of its folder"),
-        Key::with_default("seed", seed, "0", "Seed of everything that is drawn by chance"),
+        Key::with_default("seed", seed, "0", "Seed of all random choices"),
         Key::with_default(
             "max_cells",
             Shape::Integer { min: 1, max: i64::MAX },
             Experiment::MAX_CELLS.to_string(),
-            "Most cells, refused combinations included; an experiment of more is refused before it is multiplied out",
+            "Limit of cells, refused combinations included; a larger experiment is refused before its cells are made",
         ),
     ];
     Table::new("Name and seed of the experiment.", keys)

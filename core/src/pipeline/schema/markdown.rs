@@ -7,25 +7,25 @@ use super::shape::{Bounds, Key, Presence, Shape, Table};
 const INTRODUCTION: &str = "\
 # Configurations
 
-An experiment is a TOML file. Every key that it may hold stands here; any other is refused, with a caret under it and
-the nearest key that there is. `cvr check-config FILE` says what is wrong with a file, `cvr explain FILE` what it would
-run, take and need; `--set scene.step_voxels=1.0` overrides any key. The files in `configs/` can be run as they are.
+An experiment is a TOML file. This page lists every key. Any other key is refused, with a caret under it and the nearest
+key that exists. `cvr check-config FILE` reports what is wrong with a file. `cvr explain FILE` estimates what it would run, and
+its time and memory. `--set scene.step_voxels=1.0` overrides any key. The files in `configs/` run as they are.
 
-This page is printed by `cvr schema --markdown`, from the same table as [experiment.schema.json](experiment.schema.json),
-by which editors check and complete configurations: with Even Better TOML (VS Code) or any other editor that runs the
-language server taplo, the first line
+`cvr schema --markdown` prints this page. It uses the same table as [experiment.schema.json](../experiment.schema.json).
+Editors check and complete configurations with that schema: Even Better TOML (VS Code), or any other editor that runs the
+language server taplo, needs only the first line
 
 ```toml
 #:schema ../docs/experiment.schema.json
 ```
 
-(a path relative to the file, or a URL) is enough. A schema cannot say everything that the program checks: names that
-must be there or must differ, orders of control points, boxes and directions that are empty, the largest block, and
-what codecs refuse in their own words are told by `cvr check-config` alone; and `1.0`, where an integer is wanted, is
-one to a schema and none to the program.
+(a path relative to the file, or a URL). A schema cannot express everything that the program checks. Only
+`cvr check-config` reports names that are missing or repeated, control points in the wrong order, empty boxes and
+directions, blocks that are too large, and what a codec refuses itself. The value `1.0` counts as an integer in the
+schema, but not in the program.
 
-In the column *value*, *one or a list* is an axis: of a list, each member is tried, equal settings of a codec or renderer
-once. Axes multiply; a product of more cells than `max_cells` is refused before it is made.
+In the column *value*, *one or a list* marks an axis. Each member of a list is tried; equal settings of a codec or
+renderer are tried once. Axes multiply. A product of more cells than `max_cells` is refused before it is made.
 ";
 
 const EXAMPLE: &str = include_str!("../../../../docs/example.toml");

@@ -26,11 +26,7 @@ pub(super) fn table() -> Table {
     let frame = || Shape::Integer { min: 0, max: i64::from(u32::MAX) };
     let opacity = Bounds { above: Some(0.0), max: Some(1.0), ..Bounds::ANY };
     let keys = vec![
-        Key::required(
-            "name",
-            Shape::Name,
-            "Name in records and files; no two scenes have one name, in whatever case",
-        ),
+        Key::required("name", Shape::Name, "Name in records and files, unique even without regard to case"),
         Key::new(
             "volumes",
             Shape::Axis(Box::new(Shape::Text)),
@@ -62,7 +58,7 @@ pub(super) fn table() -> Table {
             "opacity",
             Shape::Any(vec![Shape::Words(opacities), Shape::Table(opacity_table())]),
             "\"luminance\"",
-            "What decides the opacity of colours; scalar volumes know nothing of it",
+            "What decides the opacity of colours; scalar volumes ignore it",
         ),
         Key::with_default(
             "frame",
@@ -95,7 +91,7 @@ pub(super) fn table() -> Table {
             "early_termination",
             Shape::Number(opacity),
             "0.999",
-            "Opacity at which a ray ends; 1 = never. Slices have no such end",
+            "Opacity at which a ray ends; 1 = never. Slices do not end early",
         ),
         Key::with_default(
             "background",

@@ -21,7 +21,7 @@ pub(super) fn tables(known: &Known<'_>) -> Vec<(String, Table)> {
     let file = Key::required(
         "file",
         Shape::Path,
-        "A file of any format that `docs/inputs.md` lists, a folder of slices, or a pattern like `step*.raw` whose files \
+        "A file of any format that `docs/user/inputs.md` lists, a folder of slices, or a pattern like `step*.raw` whose files \
          are frames; `$NAME` stands for an environment variable",
     );
     let list = Shape::List { item: Box::new(Shape::Path), least: 1, most: None };
@@ -30,7 +30,7 @@ pub(super) fn tables(known: &Known<'_>) -> Vec<(String, Table)> {
     let generate = Key::required(
         "generate",
         Shape::Words(generators),
-        "A formula; where chance has a part in it, the experiment's seed decides",
+        "A formula; random ones depend on the experiment's seed",
     );
     vec![
         ("file".to_owned(), from_files("A volume from a file.", file)),
@@ -40,7 +40,7 @@ pub(super) fn tables(known: &Known<'_>) -> Vec<(String, Table)> {
 }
 
 fn name() -> Key {
-    let doc = "Name in records and files; no two volumes have one name, in whatever case";
+    let doc = "Name in records and files, unique even without regard to case";
     Key::required("name", Shape::Name, doc)
 }
 
@@ -85,7 +85,7 @@ fn from_files(doc: &str, source: Key) -> Table {
             "skip_bytes",
             Shape::Integer { min: 0, max: i64::MAX },
             "0",
-            "What stands in front of the voxels of a headerless file",
+            "Bytes before the voxels of a headerless file",
         )
         .unit("bytes"),
         Key::new(

@@ -1,4 +1,4 @@
-//! Volumes that provoke, each with a dial of difficulty. All are computed from integer hashes and arithmetic that is the
+//! Volumes that are made to break codecs, each with a dial of difficulty. All are computed from integer hashes and arithmetic that is the
 //! same everywhere (the sinusoid alone asks the machine for cosines, and rounds them to 16 bits).
 
 mod edges;
@@ -41,7 +41,7 @@ impl Subject {
         Self { name, doc, dial, steps, labels: false, frame: FrameIndex::FIRST, maker }
     }
 
-    /// All subjects, in the order in which tables list them.
+    /// All subjects, in the order of tables.
     pub fn all() -> impl Iterator<Item = &'static Self> {
         [smooth::SUBJECTS, edges::SUBJECTS, values::SUBJECTS, shapes::SUBJECTS, sequences::SUBJECTS]
             .into_iter()

@@ -23,7 +23,7 @@ pub(super) const SUBJECTS: &[Subject] = &[
         frame: FrameIndex(CUT),
         ..Subject::field(
             "scene-cut",
-            "four frames of which the last two show something else",
+            "four frames; the last two show something else",
             "share of the volume that changes at the cut",
             &[0.0, 0.25, 0.5, 0.75, 1.0],
             scene_cut,

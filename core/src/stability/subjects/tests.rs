@@ -11,7 +11,7 @@ fn values(volume: &FiniteVolume, frame: u32) -> Vec<f32> {
     volume.dense().frame_values(FrameIndex(frame))
 }
 
-/// The range of steps and sizes that the atlas promises, and names that tell subjects apart.
+/// The range of steps and sizes that the atlas promises, and names that differ between subjects.
 #[test]
 fn every_subject_has_a_dial_and_stays_small() {
     let mut names: Vec<&str> = Subject::all().map(|s| s.name).collect();

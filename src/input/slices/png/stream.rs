@@ -6,7 +6,7 @@ use std::io::{BufRead, Read, Result, Seek, sink};
 use flate2::read::ZlibDecoder;
 use png::Info;
 
-/// Bytes of the filtered rows of a picture, in the order in which they are stored.
+/// Bytes of the filtered rows of a picture, in the order of the file.
 pub(super) fn row_bytes(info: &Info<'_>) -> u64 {
     // First column and row of each pass, and steps to the next.
     const ADAM7: [[u32; 4]; 7] =
@@ -21,7 +21,7 @@ pub(super) fn row_bytes(info: &Info<'_>) -> u64 {
     passes.iter().copied().map(pass).sum()
 }
 
-/// Reads the stream in the IDAT chunks of a file whose chunks are known to be whole, and says what is wrong with it.
+/// Checks the stream in the IDAT chunks of a file whose chunks are known to be whole.
 ///
 /// # Errors
 /// When the stream is damaged, or the file cannot be read.

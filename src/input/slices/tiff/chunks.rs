@@ -1,4 +1,4 @@
-//! The strips or tiles of a page. Each must hold the pixels that it stands for, and its stream be whole: the crate
+//! The strips or tiles of a page. Each must hold exactly its pixels, and its stream must be whole: the crate
 //! `tiff` stops behind the last pixel, before a checksum.
 
 use std::io::{BufRead, Error, ErrorKind, Read, Result, Seek as _, SeekFrom, Write, sink};
@@ -38,7 +38,7 @@ impl Packing {
     pub const fn max_ratio(self) -> u64 {
         match self {
             Self::None => 1,
-            // A code of at least 9 bits stands for at most 4096 bytes.
+            // A code of at least 9 bits encodes at most 4096 bytes.
             Self::Lzw => 4096,
             Self::Deflate => 1032,
             Self::PackBits => 128,
@@ -67,7 +67,7 @@ impl Packing {
     }
 }
 
-/// Holds the chunks of the current page against its pixels, of so many bytes each.
+/// Compares the chunks of the current page with its pixels of this many bytes each.
 ///
 /// # Errors
 /// When a chunk holds more or fewer bytes than its rows take, or its stream is damaged.
@@ -90,7 +90,7 @@ pub(super) fn check(
     for (index, (offset, count)) in (0_u32..).zip(offsets.into_iter().zip(counts)) {
         let row = u64::from(width) * pixel_bytes;
         let whole = row.saturating_mul(u64::from(height));
-        // Tiles are stored whole. The last strip may be: its rows behind the page are no pixels.
+        // Tiles are stored whole. The last strip may be: its rows behind the page are not pixels.
         let due = if is_tiled { whole } else { row * u64::from(pages.chunk_data_dimensions(index).1) };
         let file = pages.inner();
         let found = match packing {

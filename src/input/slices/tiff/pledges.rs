@@ -12,7 +12,7 @@ use super::{Pages, broken};
 const MAX_DESCRIPTION_BYTES: u64 = 16 << 20;
 const NEW_SUBFILE_TYPE: u16 = 254;
 const IMAGE_DEPTH: u16 = 32997;
-/// Tags by which microscopes describe axes, and whose they are.
+/// Tags with which microscopes describe axes, and their vendors.
 const MICROSCOPES: [(u16, &str); 4] =
     [(33628, "MetaMorph"), (33629, "MetaMorph"), (34361, "FluoView"), (34412, "Zeiss LSM")];
 
@@ -33,7 +33,7 @@ impl Pledges {
     /// Takes up a page, before its pixels are read.
     ///
     /// # Errors
-    /// When the page is no slice of its own, or something else than slices is promised.
+    /// When the page is not a slice of its own, or something else than slices is promised.
     pub fn page(&mut self, pages: &mut Pages, slice: Slice, place: &Place) -> Result<(), InputError> {
         let unsupported = |found: String| InputError::Unsupported {
             place: place.clone(),
@@ -135,12 +135,12 @@ fn file_of(place: &Place) -> std::path::PathBuf {
     }
 }
 
-/// The description of the current page, up to its first zero byte. Bytes that are no UTF-8 are replaced: old programs
+/// The description of the current page, up to its first zero byte. Bytes that are not UTF-8 are replaced: old programs
 /// write the sign of micro in their own encoding.
 fn description(pages: &mut Pages, place: &Place) -> Result<Option<String>, InputError> {
     let mut ifd = pages.image_ifd();
     let Some(entry) = ifd.find_entry(Tag::ImageDescription) else { return Ok(None) };
-    // Of other types it is no text.
+    // Other types are not text.
     if !matches!(entry.field_type(), Type::ASCII | Type::BYTE | Type::UNDEFINED) {
         return Ok(None);
     }
