@@ -22,6 +22,7 @@ mod host {
     mod hostile;
     mod input_cases;
     mod kills;
+    mod levels;
     mod manifest;
     mod metrics;
     mod one_cell;
