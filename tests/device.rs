@@ -10,8 +10,10 @@ mod device {
     mod colour;
     mod cut_off;
     mod deferred;
+    mod drift;
     mod former_table;
     mod frame_passes;
+    mod levels;
     mod lost;
     mod parity;
     mod parity_of_parity;

@@ -23,6 +23,7 @@ mod host {
     mod input_cases;
     mod kills;
     mod links;
+    mod levels;
     mod manifest;
     mod metrics;
     mod one_cell;

@@ -6,10 +6,10 @@ use std::process::ExitCode;
 
 use cvr_core::codec::{DecodeError, Decoder, decode_pieces};
 use cvr_core::memory::gigabytes;
-use cvr_core::volume::{FrameIndex, SampleType, Samples, VolumeLayout};
+use cvr_core::volume::{FrameIndex, Level, SampleType, Samples, VolumeLayout};
 
 use super::memory_args::MemoryArgs;
-use super::opened::{LevelArgs, Opened};
+use super::opened::{DecodedFramesArgs, LevelArgs, Opened};
 use super::output::Output;
 use super::volume_args::check_output;
 use super::volume_output::{not_held, write_volume_from};
@@ -20,7 +20,8 @@ use crate::registry::Names;
 const EXAMPLES: &str = "\
 Examples:
   cvr decode head.cvr head.nrrd
-  cvr decode head.cvr coarse.npy --stages 1";
+  cvr decode head.cvr coarse.npy --stages 1
+  cvr decode head.cvr small.nrrd --resolution 2";
 
 /// Arguments of `cvr decode`.
 #[derive(Debug, clap::Args)]
@@ -36,6 +37,8 @@ pub struct Args {
     #[command(flatten)]
     level: LevelArgs,
     #[command(flatten)]
+    frames: DecodedFramesArgs,
+    #[command(flatten)]
     memory: MemoryArgs,
 }
 
@@ -47,12 +50,20 @@ const PIECE_SAMPLES: usize = 1 << 22;
 /// # Errors
 /// When arguments, container or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    run_with(args, &Names::new()?)
+}
+
+/// The same with the codecs of a registry.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     args.memory.allow();
     check_output(&args.out, &args.container)?;
     let format = Output::of(&args.out, Output::VOLUMES)?;
-    let opened = Opened::open(&args.container, &Names::new()?)?;
-    let stages = args.level.of(opened.codec.as_ref(), &opened.stream.spec().settings)?.stages;
-    let mut layout = opened.decoder.layout().clone();
+    let opened = Opened::open(&args.container, names, args.frames.decoded_frames_mb)?;
+    let level = args.level.of(opened.codec.as_ref(), &opened.stream.spec().settings)?;
+    let mut layout = opened.decoder.layout().at_resolution(level.resolution);
     if args.float {
         layout.sample = SampleType::F32;
     }
@@ -60,7 +71,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     // A stream that does not decode is no fault of the file that is written.
     let mut fault = None;
     let written = write_volume_from(&args.out, format, &layout, |out| {
-        write_samples(opened.decoder.as_ref(), stages, layout.sample, out).map_err(|e| match e {
+        write_samples(opened.decoder.as_ref(), level, layout.sample, out).map_err(|e| match e {
             Fault::Write(error) => error,
             Fault::Decode(error) => {
                 let stopped = std::io::Error::other(error.to_string());
@@ -113,12 +124,12 @@ impl From<DecodeError> for Fault {
 /// Decodes all frames, and writes them piece by piece.
 fn write_samples(
     decoder: &dyn Decoder,
-    stages: u8,
+    level: Level,
     sample: SampleType,
     out: &mut dyn Write,
 ) -> Result<(), Fault> {
     for frame in (0..decoder.layout().frames).map(FrameIndex) {
-        decode_pieces(decoder, frame, stages, PIECE_SAMPLES, |values| {
+        decode_pieces(decoder, frame, level, PIECE_SAMPLES, |values| {
             out.write_all(to_samples(sample, values).as_bytes()).map_err(Fault::Write)
         })?;
     }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use cvr_core::codec::FrameStore;
 use cvr_core::volume::{BrickSource, Replaced, VolumeLayout};
 
 use super::histogram::bars;
@@ -91,11 +92,15 @@ fn layout(layout: &VolumeLayout) {
 }
 
 fn container(file: &Path) -> Result<(), BadInput> {
-    let Opened { stream, decoder, .. } = Opened::open(file, &Names::new()?)?;
+    let Opened { stream, codec, decoder } = Opened::open(file, &Names::new()?, FrameStore::DEFAULT_MB)?;
     let spec = stream.spec();
     say!("codec      {} (stream version {})", spec.codec, spec.stream_version);
     say!("settings   {}", spec.settings);
     layout(decoder.layout());
+    let resolutions = codec.resolutions(&spec.settings);
+    if resolutions > 1 {
+        say!("resolutions {resolutions}");
+    }
     let bits = stream.file_bytes() as f64 * 8.0 / spec.layout.voxels() as f64;
     say!("file       {} bytes, {bits:.3} bits per voxel", stream.file_bytes());
     if let Some(bound) = spec.report.error_bound {

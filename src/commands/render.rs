@@ -10,7 +10,7 @@ use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, Level, Replaced, ValueRange};
 
 use super::memory_args::MemoryArgs;
-use super::opened::{LevelArgs, Opened};
+use super::opened::{DecodedFramesArgs, LevelArgs, Opened};
 use super::output::Output;
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
@@ -60,6 +60,8 @@ pub struct Args {
     #[command(flatten)]
     level: LevelArgs,
     #[command(flatten)]
+    frames: DecodedFramesArgs,
+    #[command(flatten)]
     memory: MemoryArgs,
     #[command(flatten)]
     raw: RawArgs,
@@ -70,13 +72,20 @@ pub struct Args {
 /// # Errors
 /// When arguments, file, device or output are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    run_with(args, &Names::new()?)
+}
+
+/// The same with the codecs of a registry.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     args.memory.allow();
     check_output(&args.out, &args.file)?;
     Output::of(&args.out, &[Output::Png])?;
-    let names = Names::new()?;
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let scene = args.scene.scene()?;
-    let opened = open(args, &names)?;
+    let opened = open(args, names)?;
     let (codec, decoder, level) = (opened.codec.info().id, opened.decoder.as_ref(), opened.level);
     let refused = unsupported(names.codecs(), opened.codec.info(), args.site, args.scene.filter)
         .or_else(|| undrawable(&args.renderer, args.site, names.known().renderers));
@@ -89,7 +98,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         let file = args.file.display();
         return Err(BadInput(format!("--frame {}: {file} has {frames} frames, counted from 0", index.0)));
     }
-    let frame = Arc::new(DecodedFrame::decode_stages(decoder, index, level.stages)?);
+    let frame = DecodedFrame::at(decoder, index, level)?;
     let range = range(decoder, (index, level), &frame)?;
     check_range(range).map_err(BadInput)?;
     let view = scene.view(range, args.scene.filter)?;
@@ -141,7 +150,7 @@ fn range(
 ) -> Result<ValueRange, BadInput> {
     let mut range = ValueRange::of(decoded.values().iter().copied());
     for other in (0..decoder.layout().frames).map(FrameIndex).filter(|other| *other != index) {
-        let frame = DecodedFrame::decode_stages(decoder, other, level.stages)?;
+        let frame = DecodedFrame::at(decoder, other, level)?;
         let of_frame = ValueRange::of(frame.values().iter().copied());
         range = range.into_iter().chain(of_frame).reduce(ValueRange::union);
     }
@@ -151,7 +160,7 @@ fn range(
 /// What is drawn.
 struct Source {
     codec: Arc<dyn Codec>,
-    decoder: Box<dyn Decoder>,
+    decoder: Arc<dyn Decoder>,
     level: Level,
     /// The codec's block, if it has one.
     block: Option<Block>,
@@ -164,13 +173,14 @@ struct Source {
 /// An encoded volume as it is, any other through the codec `raw`.
 fn open(args: &Args, names: &Names) -> Result<Source, BadInput> {
     let (codec, stream, decoder) = if is_container(&args.file) {
-        let Opened { stream, codec, decoder } = Opened::open(&args.file, names)?;
+        let Opened { stream, codec, decoder } =
+            Opened::open(&args.file, names, args.frames.decoded_frames_mb)?;
         (codec, stream, decoder)
     } else {
         let volume = args.raw.load(&args.file)?.volume;
         let raw = names.codecs().get(RAW)?;
         let stream = Arc::new(encode_temporary(raw.as_ref(), &raw.info().default_settings(), &volume)?);
-        (raw.clone(), stream.clone(), raw.decoder(stream)?)
+        (raw.clone(), stream.clone(), raw.decoder(stream)?.into())
     };
     let spec = stream.spec();
     let level = args.level.of(codec.as_ref(), &spec.settings)?;

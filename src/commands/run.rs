@@ -92,6 +92,15 @@ pub struct Args {
     /// The baseline of the frame times is added automatically.
     #[arg(long, value_name = "ID", conflicts_with = "shard")]
     cell: Vec<String>,
+    /// Most decoded frames that are kept of each stream whose frames are predicted from others, in MB (10⁶ bytes), in place
+    /// of what the configuration says.
+    #[arg(
+        long,
+        value_name = "N",
+        help_heading = "Memory",
+        value_parser = clap::value_parser!(u32).range(1..)
+    )]
+    decoded_frames_mb: Option<u32>,
     #[command(flatten)]
     memory: MemoryArgs,
     #[command(flatten)]
@@ -103,9 +112,17 @@ pub struct Args {
 /// # Errors
 /// When configuration, volumes, device or folder are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    run_with(args, &Names::new()?)
+}
+
+/// The same with the codecs of a registry.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     args.memory.allow();
-    let names = Names::new()?;
-    let ConfigFile { mut experiment, text } = ConfigFile::read(&args.config, &args.set, &names)?;
+    let ConfigFile { mut experiment, text } = ConfigFile::read(&args.config, &args.set, names)?;
+    experiment.decoded_frames_mb = args.decoded_frames_mb.unwrap_or(experiment.decoded_frames_mb);
     if !args.volume.is_empty() {
         experiment.replace_volumes(vec![args.raw.volume(&args.volume)?])?;
         experiment.check_size()?;
@@ -154,7 +171,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
         experiment: &experiment,
         resolution: &resolution,
         volumes: &volumes,
-        names: &names,
+        names,
         target: &target,
         reopen: &|| Target::open(&args.device).map_err(|e| e.to_string()),
         out: &out,

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use cvr_core::codec::{Decoder, Site, encode_temporary};
+use cvr_core::codec::{Decoder, FrameStore, Site, encode_temporary};
 use cvr_core::pipeline::{undrawable, unsupported};
 use cvr_core::render::{LayerPass, Pass, Plan};
 use cvr_core::shader::{
     BindingLimits, DeferredShaders, Request, ResourceSize, Source, TextureSampling, generate,
+    snippet_resources,
 };
 use cvr_core::volume::{FrameIndex, Level, ValueRange};
 
@@ -65,30 +66,39 @@ pub struct Args {
 /// # Errors
 /// When arguments or file are unusable, or the shader cannot be made.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
+    run_with(args, &Names::new()?)
+}
+
+/// The same with the codecs of a registry.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     args.memory.allow();
-    let names = Names::new()?;
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
-    let (codec, decoder, level) = open(args, &names)?;
+    let (codec, decoder, level) = open(args, names)?;
     let info = names.codecs().get(&codec)?.info();
     if let Some(reason) = unsupported(names.codecs(), info, args.site, args.scene.filter) {
         return Err(BadInput(reason.to_string()));
     }
     let range = ValueRange { min: 0.0, max: 1.0 };
     let view = args.scene.scene()?.view(range, args.scene.filter)?;
+    let view = view.at_resolution(decoder.layout(), level.resolution);
+    let layout = decoder.layout().at_resolution(level.resolution);
     let plan = match args.site {
         Site::Ring => match undrawable(&args.renderer, args.site, names.known().renderers) {
             Some(reason) => return Err(BadInput(reason.to_string())),
-            None => renderer.plan_layers(&view, decoder.layout())?,
+            None => renderer.plan_layers(&view, &layout)?,
         },
-        _ => renderer.plan(&view, decoder.layout())?,
+        _ => renderer.plan(&view, &layout)?,
     };
     say!("{}", text(args, (&codec, decoder.as_ref(), level), &plan)?.trim_end());
     Ok(ExitCode::SUCCESS)
 }
 
-fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>, Level), BadInput> {
+fn open(args: &Args, names: &Names) -> Result<(String, Arc<dyn Decoder>, Level), BadInput> {
     if let Some(file) = args.file.as_ref().filter(|f| is_container(f)) {
-        let opened = Opened::open(file, names)?;
+        let opened = Opened::open(file, names, FrameStore::DEFAULT_MB)?;
         let level = args.level.of(opened.codec.as_ref(), &opened.stream.spec().settings)?;
         return Ok((opened.codec.info().id.to_owned(), opened.decoder, level));
     }
@@ -105,7 +115,8 @@ fn open(args: &Args, names: &Names) -> Result<(String, Box<dyn Decoder>, Level),
     let settings = settings(codec.info(), &args.set)?;
     let level = args.level.of(codec.as_ref(), &settings)?;
     let stream = encode_temporary(codec.as_ref(), &settings, &volume)?;
-    Ok((args.codec.clone(), codec.decoder(Arc::new(stream))?, level))
+    let decoder = FrameStore::open_mb(codec.decoder(Arc::new(stream))?.into(), FrameStore::DEFAULT_MB);
+    Ok((args.codec.clone(), decoder, level))
 }
 
 fn text(
@@ -141,7 +152,8 @@ fn text(
         }
         (_, None) => return Err(BadInput(format!("codec `{codec}` does not decode in a shader"))),
         (_, Some(shader)) => {
-            let resources = shader.resources(key.0)?.iter().map(ResourceSize::of).collect();
+            let resources =
+                snippet_resources(codec, decoder, shader, key)?.iter().map(ResourceSize::of).collect();
             Source::Inline { codec, module: shader.module(), resources, frame: key.0, level: key.1 }
         }
     };
@@ -150,7 +162,7 @@ fn text(
             templates: pass.templates(),
             entry: pass.entry(),
             bindings: &pass.bindings(),
-            layout: decoder.layout(),
+            layout: &decoder.layout().at_resolution(level.resolution),
             source: source.clone(),
             filter: Some(args.scene.filter),
             limits,

@@ -19,6 +19,7 @@ pub struct Identity {
     names: [String; 5],
     skipping: bool,
     stages: Option<u8>,
+    resolution: u8,
 }
 
 /// The definitions of scenes by name, as this version reads them; `None` where it does not.
@@ -54,6 +55,7 @@ impl Identity {
             names: names.map(Clone::clone),
             skipping: record.skipping,
             stages: record.stages,
+            resolution: record.resolution,
         }
     }
 }

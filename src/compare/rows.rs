@@ -4,7 +4,7 @@ use super::cells::pair;
 use super::quantity::QUANTITIES;
 use super::side::Side;
 
-const HEADER: [&str; 18] = [
+const HEADER: [&str; 19] = [
     "first",
     "other",
     "volume",
@@ -16,6 +16,7 @@ const HEADER: [&str; 18] = [
     "scene",
     "skipping",
     "stages",
+    "resolution",
     "quantity",
     "first_value",
     "other_value",
@@ -45,8 +46,8 @@ pub fn csv(sides: &[Side], once: f64) -> Result<Vec<u8>, csv::Error> {
                 let numbers = [c.first, c.other, c.change, c.noise].map(|v| v.to_string());
                 let names = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene];
                 let line = [name(first), name(other)].into_iter().chain(names.map(Clone::clone));
-                let line =
-                    line.chain([r.skipping.to_string(), stages, quantity.field.to_owned()]).chain(numbers);
+                let level = [r.skipping.to_string(), stages, r.resolution.to_string()];
+                let line = line.chain(level).chain([quantity.field.to_owned()]).chain(numbers);
                 writer.write_record(line.chain([c.verdict.name(), kind].map(str::to_owned)))?;
             }
         }

@@ -94,14 +94,14 @@ fn list(out: &mut String, what: &str, lines: Vec<String>) {
 
 /// Names of cells without what they all share, and without settings that all cells of their codec share.
 pub(super) struct Naming {
-    varies: [bool; 9],
+    varies: [bool; 10],
     labels: Labels,
     shared: String,
 }
 
 impl Naming {
     pub(super) fn of(records: &[&Record]) -> Self {
-        let parts: Vec<[String; 9]> = records.iter().map(|r| parts(r)).collect();
+        let parts: Vec<[String; 10]> = records.iter().map(|r| parts(r)).collect();
         let varies = std::array::from_fn(|i| {
             // A name says at least what was coded, and by what.
             i < 3 || parts.iter().any(|p| p[i] != parts[0][i])
@@ -134,13 +134,14 @@ impl Naming {
     }
 }
 
-fn parts(r: &Record) -> [String; 9] {
+fn parts(r: &Record) -> [String; 10] {
     let stages = r.stages.map(|s| format!("stages {s}")).unwrap_or_default();
+    let resolution = if r.resolution > 0 { format!("resolution {}", r.resolution) } else { String::new() };
     let skipping = if r.skipping { "skipping" } else { "" }.to_owned();
     let names =
         [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene].map(Clone::clone);
     let [volume, codec, settings, site, filter, renderer, scene] = names;
-    [volume, codec, settings, site, filter, renderer, scene, skipping, stages]
+    [volume, codec, settings, site, filter, renderer, scene, skipping, stages, resolution]
 }
 
 fn table(header: Vec<String>) -> Table {

@@ -13,7 +13,8 @@ use crate::registry::Names;
 pub const COUNTED: &str = "Counted in main memory: every original at once, and, of one volume and one codec at a time, \
      the encoded stream and the decoded frame in single precision, both also of raw, the baseline. On the device: the \
      texture and buffers of raw, and texture, buffers or both of the cell, as its site asks; of a ring, its layers across the shortest axis. Not counted: pictures, \
-     scratch space of encoders and of passes, a second copy where a file's axes are reordered.";
+     scratch space of encoders and of passes, a second copy where a file's axes are reordered, and decoded frames that are \
+     kept to predict others, at most `decoded_frames_mb` of a stream.";
 
 /// Bytes.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]

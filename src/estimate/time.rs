@@ -99,6 +99,7 @@ pub fn estimate<'l>(
                     site,
                     filter,
                     stages: None,
+                    resolution: 0,
                     ..cell.clone()
                 };
                 // Optimised linear is linear to raw, which does not offer it.

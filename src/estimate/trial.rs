@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
-use cvr_core::codec::{Codec, Decoder, Progress, Settings, Site};
+use cvr_core::codec::{Codec, Decoder, FrameStore, Progress, Settings, Site};
 use cvr_core::pipeline::{Cell, Scene, TransferDomain};
 use cvr_core::render::{DecodedFrame, Filter, Preset, View};
 use cvr_core::volume::{
@@ -94,7 +94,7 @@ impl Trial {
         let volume = small_volume(edge, sample, channels)?;
         let scratch = tempfile::tempdir().map_err(|e| format!("a temporary folder: {e}"))?;
         let progress = Progress::new(|_| {}, Some(stop));
-        let encoded = encode(codec, settings, &volume, scratch.path(), &progress)?;
+        let encoded = encode(codec, settings, &volume, (scratch.path(), FrameStore::DEFAULT_MB), &progress)?;
         Ok(Self { encoded, voxels: volume.layout().voxels() as f64, edge })
     }
 
@@ -186,7 +186,8 @@ impl Trial {
     pub(super) fn pictures(&self, target: &Target, cell: &Cell, scene: &Scene) -> Result<Pictures, String> {
         Ok(Pictures {
             decoder: self.encoded.decoder.clone(),
-            frame: self.encoded.frame(FrameIndex::FIRST)?,
+            frame: DecodedFrame::at(self.encoded.decoder.as_ref(), FrameIndex::FIRST, cell.level())
+                .map_err(|e| e.to_string())?,
             target: target.clone(),
             cell: cell.clone(),
             scene: scene.clone(),

@@ -33,6 +33,7 @@ pub fn empty_record(
         scene: cell.scene.clone(),
         skipping: cell.skipping,
         stages: cell.stages,
+        resolution: cell.resolution,
         device: target.name(),
         driver: target.driver(),
         voxels: layout.voxels(),

@@ -1,18 +1,17 @@
 //! A volume through a codec: encoded, decoded again, and measured. What cells of one codec and setting share.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use cvr_core::codec::{Block, Codec, Decoder, Progress, Settings, decode_stages, encode_file};
+use cvr_core::codec::{Block, Codec, Decoder, FrameStore, Progress, Settings, encode_file};
 use cvr_core::container::EncodedVolume;
 use cvr_core::file::temporary_folder;
-use cvr_core::memory::{self, Held};
+use cvr_core::memory;
 use cvr_core::metrics::{ErrorHistogram, FrameError, VolumeComparison, VolumeError};
-use cvr_core::render::DecodedFrame;
-use cvr_core::volume::{
-    BrickKey, BrickSource as _, FiniteVolume, FrameIndex, Level, NoReferences, Region, VolumeLayout,
-};
+use cvr_core::render::{DecodedFrame, upsampled};
+use cvr_core::volume::{BrickKey, BrickSource as _, FiniteVolume, FrameIndex, Level, Region, VolumeLayout};
 
 use super::checked::Expected;
 use super::latest::Latest;
@@ -21,7 +20,7 @@ use super::skipping::LazyRanges;
 /// A volume as one codec with one set of settings gives it back, at one level.
 #[derive(Debug)]
 pub struct Encoded {
-    /// The opened stream.
+    /// The opened stream; it keeps decoded frames, where some are predicted from others.
     pub decoder: Arc<dyn Decoder>,
     /// The level at which it was decoded.
     pub level: Level,
@@ -33,7 +32,7 @@ pub struct Encoded {
     pub encode_seconds: f64,
     /// Wall seconds to decode all frames on the CPU.
     pub decode_seconds: f64,
-    /// Error over all frames.
+    /// Error over all frames. A lower resolution is brought to the volume's size before.
     pub error: VolumeError,
     /// Error of each frame.
     pub frame_errors: Vec<FrameError>,
@@ -53,7 +52,8 @@ pub struct Encoded {
     outside: Option<String>,
 }
 
-/// Encodes into a file in `scratch`, reads it back and decodes every frame.
+/// Encodes into a file in `scratch`, reads it back and decodes every frame; of predicted frames, so many megabytes are
+/// kept decoded.
 ///
 /// # Errors
 /// A sentence, when encoding, reading back or decoding fails.
@@ -61,7 +61,7 @@ pub fn encode(
     codec: &dyn Codec,
     settings: &Settings,
     volume: &FiniteVolume,
-    scratch: &Path,
+    (scratch, decoded_frames_mb): (&Path, u32),
     run: &Progress<'_>,
 ) -> Result<Encoded, String> {
     let folder = temporary_folder(scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
@@ -75,7 +75,8 @@ pub fn encode(
     encode_file(codec, settings, volume, volume.replaced(), &path, run).map_err(|e| e.to_string())?;
     let encode_seconds = start.elapsed().as_secs_f64();
     let stream = Arc::new(EncodedVolume::open(&path).map_err(|e| e.to_string())?);
-    let decoder: Arc<dyn Decoder> = codec.decoder(stream.clone()).map_err(|e| e.to_string())?.into();
+    let decoder = codec.decoder(stream.clone()).map_err(|e| e.to_string())?;
+    let decoder = FrameStore::open_mb(decoder.into(), decoded_frames_mb);
     let report = &stream.spec().report;
     let level = Level::FULL;
     let block = codec.block(settings);
@@ -129,22 +130,32 @@ fn decode(
     let mut decode_seconds = 0.0;
     for frame in (0..decoder.layout().frames).map(FrameIndex) {
         let start = Instant::now();
-        let values = decode_stages(decoder, frame, level.stages, &NoReferences).map_err(|e| e.to_string())?;
+        let decoded = DecodedFrame::at(decoder, frame, level).map_err(|e| e.to_string())?;
         decode_seconds += start.elapsed().as_secs_f64();
-        let held = Held::of(&values);
         let layout = decoder.layout();
         memory::check(single_bytes(layout), || format!("the original frame of {} voxels", layout.extent))
             .map_err(|e| e.to_string())?;
-        frame_errors.push(comparison.add_frame(&values));
-        outside = outside.or_else(|| outside_promise(decoder, (frame, level), &values));
-        drop(held);
+        frame_errors.push(comparison.add_frame(&of_full_size(&decoded, layout, level)?));
+        outside = outside.or_else(|| outside_promise(decoder, (frame, level), decoded.values()));
         if frame == FrameIndex::FIRST {
-            first = DecodedFrame::new(decoder.layout().clone(), values);
+            first = Some(decoded);
         }
     }
-    let frame = Arc::new(first.ok_or("the stream holds no whole frame")?);
+    let frame = first.ok_or("the stream holds no frame")?;
     let (error, histogram) = comparison.finish_with_histogram();
     Ok(Decoded { frame, decode_seconds, error, frame_errors, histogram: Arc::new(histogram), outside })
+}
+
+/// The values of a frame at a level, brought to the size of its volume, which has this layout.
+fn of_full_size<'a>(
+    decoded: &'a DecodedFrame,
+    layout: &VolumeLayout,
+    level: Level,
+) -> Result<Cow<'a, [f32]>, String> {
+    if level.resolution == 0 {
+        return Ok(Cow::Borrowed(decoded.values()));
+    }
+    upsampled(decoded, layout.extent, level.resolution).map(Cow::Owned).map_err(|e| e.to_string())
 }
 
 /// What a value of a frame says that lies outside the range that the decoder promises.
@@ -153,7 +164,7 @@ fn outside_promise(
     (frame, level): (FrameIndex, Level),
     values: &[f32],
 ) -> Option<String> {
-    let region = Region::whole(decoder.layout().extent);
+    let region = Region::whole(decoder.layout().extent.at_resolution(level.resolution));
     let range = decoder.value_range(BrickKey { frame, level, region })?;
     let value = values.iter().find(|v| !range.contains(**v))?;
     Some(format!("a voxel decodes to {value}, promised {} to {}", range.min, range.max))
@@ -165,12 +176,24 @@ impl Encoded {
     /// # Errors
     /// A sentence, when it cannot be decoded.
     pub fn frame(&self, frame: FrameIndex) -> Result<Arc<DecodedFrame>, String> {
-        self.frame.get(frame, || {
-            let values = decode_stages(self.decoder.as_ref(), frame, self.level.stages, &NoReferences);
-            let values = values.map_err(|e| e.to_string())?;
-            let layout = self.decoder.layout().clone();
-            DecodedFrame::new(layout, values).map(Arc::new).ok_or_else(|| "no whole frame".to_owned())
-        })
+        let decode = || DecodedFrame::at(self.decoder.as_ref(), frame, self.level);
+        self.frame.get(frame, || decode().map_err(|e| e.to_string()))
+    }
+
+    /// A frame, decoded and brought to the volume's size where it is of a lower resolution: what voxels of the volume are
+    /// compared with.
+    ///
+    /// # Errors
+    /// A sentence, when it cannot be decoded.
+    pub fn frame_of_full_size(&self, frame: FrameIndex) -> Result<Arc<DecodedFrame>, String> {
+        let (decoded, layout) = (self.frame(frame)?, self.decoder.layout());
+        match of_full_size(&decoded, layout, self.level)? {
+            Cow::Borrowed(_) => Ok(decoded),
+            Cow::Owned(values) => {
+                let full = DecodedFrame::new(layout.clone(), values);
+                full.map(Arc::new).ok_or_else(|| "no whole frame".to_owned())
+            }
+        }
     }
 
     /// The same stream decoded at another level.

@@ -36,7 +36,8 @@ impl HostTexture {
     /// # Errors
     /// When the device has no texture for such a volume.
     pub fn of(target: &Target, decoder: &dyn Decoder, key: (FrameIndex, Level)) -> Result<Self, DrawError> {
-        let (layout, form) = (decoder.layout(), decoder.decoded_form());
+        let layout = decoder.layout().at_resolution(key.1.resolution);
+        let form = decoder.decoded_form();
         let Target::Device(device) = target else {
             let blocks = decoder.block_texture(key.0, key.1).filter(|_| layout.channels == 1);
             return Ok(Self::Mirror { blocks: blocks.map(|blocks| blocks.format), texels: form.format });
@@ -64,7 +65,7 @@ impl HostTexture {
             }
             Self::Blocks(format) => {
                 let Some(blocks) = decoder.block_texture(frame, level) else { return plain };
-                let extent = decoder.layout().extent;
+                let extent = decoder.layout().extent.at_resolution(level.resolution);
                 let padded = Some(format.padded(extent)).filter(|size| *size != extent.to_array());
                 // Texels of blocks read as shares of a range, as those of 8 bits do.
                 let form =

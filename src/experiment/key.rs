@@ -36,6 +36,7 @@ struct Inputs<'a> {
     filter: &'a str,
     skipping: bool,
     stages: Option<u8>,
+    resolution: u8,
     device: String,
     driver: String,
     cpu: String,
@@ -77,6 +78,7 @@ impl Keys<'_> {
             filter: cell.filter.name(),
             skipping: cell.skipping,
             stages: cell.stages,
+            resolution: cell.resolution,
             device: target.name(),
             driver: target.driver(),
             cpu: machine::cpu(),
@@ -150,13 +152,14 @@ transfer_function = [[0, "#00000000"], [255, "#ffffffff"]]
         assert_eq!(first, key(&names, CONFIG, |_, _, _| {}));
         assert_eq!(first.len(), 64);
         type Change = fn(&mut Cell, &mut LoadedVolume, &mut Experiment);
-        let changes: [(&str, Change); 23] = [
+        let changes: [(&str, Change); 24] = [
             ("volume", |c, _, _| c.volume.push('2')),
             ("codec", |c, _, _| c.codec = "raw".to_owned()),
             ("site", |c, _, _| c.site = Site::Host),
             ("filter", |c, _, _| c.filter = Filter::Nearest),
             ("skipping", |c, _, _| c.skipping = true),
             ("stages", |c, _, _| c.stages = Some(2)),
+            ("resolution", |c, _, _| c.resolution = 1),
             ("renderer", |c, _, _| c.renderer.push('2')),
             ("settings", |c, _, _| c.settings.set("index_bits", cvr_core::codec::SettingValue::Integer(2))),
             ("samples", |_, v, _| v.provenance.blake3 = "0".repeat(64)),

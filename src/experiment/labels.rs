@@ -69,7 +69,7 @@ impl Labels {
         std::iter::once(record.codec.clone()).chain(methods).collect::<Vec<_>>().join(" ")
     }
 
-    /// Codec, settings that differ, and how many stages where these are not all.
+    /// Codec, settings that differ, and how many stages and which resolution where it is not the full stream.
     #[must_use]
     pub fn coding(&self, record: &Record) -> String {
         coding(record, &self.settings(record))
@@ -82,15 +82,18 @@ impl Labels {
     }
 }
 
-/// Codec, all settings, and how many stages where these are not all.
+/// Codec, all settings, and how many stages and which resolution where it is not the full stream.
 #[must_use]
 pub fn full_coding(record: &Record) -> String {
     coding(record, &record.settings)
 }
 
 fn coding(record: &Record, settings: &str) -> String {
-    let stages = record.stages.map(|stages| format!(" (stages {stages})")).unwrap_or_default();
-    [record.codec.as_str(), settings].join(" ").trim_end().to_owned() + &stages
+    let stages = record.stages.map(|stages| format!("stages {stages}"));
+    let resolution = (record.resolution > 0).then(|| format!("resolution {}", record.resolution));
+    let level: Vec<String> = stages.into_iter().chain(resolution).collect();
+    let level = if level.is_empty() { String::new() } else { format!(" ({})", level.join(", ")) };
+    [record.codec.as_str(), settings].join(" ").trim_end().to_owned() + &level
 }
 
 /// The same with site and filter, and whether it skips.

@@ -162,6 +162,8 @@ fn is_of(picture: &ReferencePicture, cell: &Cell) -> bool {
 fn reference_id(cell: &Cell) -> String {
     let (codec, settings) = (String::new(), Settings::default());
     let (site, filter) = (Site::Inline, Filter::Linear);
-    let reference = Cell { codec, settings, site, filter, skipping: false, stages: None, ..cell.clone() };
+    let (stages, resolution) = (None, 0);
+    let reference =
+        Cell { codec, settings, site, filter, skipping: false, stages, resolution, ..cell.clone() };
     format!("reference-{}", reference.id())
 }

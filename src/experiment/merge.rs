@@ -26,14 +26,14 @@ fn refuse(folder: &Path, problem: impl ToString) -> MergeError {
     MergeError { folder: folder.to_owned(), problem: problem.to_string() }
 }
 
-/// What a record is about, as its columns `volume` to `scene` say, and `skipping` and `stages`.
-pub type Identity = ([String; 7], bool, Option<u8>);
+/// What a record is about, as its columns `volume` to `scene` say, and `skipping`, `stages` and `resolution`.
+pub type Identity = ([String; 7], bool, Option<u8>, u8);
 
 /// What a record is about.
 #[must_use]
 pub fn identity(r: &Record) -> Identity {
     let names = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene];
-    (names.map(Clone::clone), r.skipping, r.stages)
+    (names.map(Clone::clone), r.skipping, r.stages, r.resolution)
 }
 
 /// What the record of a cell will be about.
@@ -41,13 +41,14 @@ pub fn identity(r: &Record) -> Identity {
 pub fn identity_of(c: &Cell) -> Identity {
     let (codec, settings) = (c.codec_label(), c.settings.to_string());
     let names = [&c.volume, &codec, &settings, c.site.name(), c.filter.name(), &c.renderer, &c.scene];
-    (names.map(str::to_owned), c.skipping, c.stages)
+    (names.map(str::to_owned), c.skipping, c.stages, c.resolution)
 }
 
 /// An identity in words.
-fn in_words((names, skipping, stages): &Identity) -> String {
+fn in_words((names, skipping, stages, resolution): &Identity) -> String {
     let stages = stages.map(|stages| format!(" stages={stages}")).unwrap_or_default();
-    format!("{}{}{stages}", names.join(" "), if *skipping { " skipping" } else { "" })
+    let resolution = if *resolution > 0 { format!(" resolution={resolution}") } else { String::new() };
+    format!("{}{}{stages}{resolution}", names.join(" "), if *skipping { " skipping" } else { "" })
 }
 
 /// The results in one folder.

@@ -138,6 +138,9 @@ pub struct RefusedCell {
     /// How many stages were to be decoded; `None` for all.
     #[serde(default)]
     pub stages: Option<u8>,
+    /// Resolution that was to be decoded; 0 is the full one.
+    #[serde(default)]
+    pub resolution: u8,
     /// Why.
     pub reason: String,
 }

@@ -166,6 +166,11 @@ macro_rules! record {
             /// Bytes of the encoded file without its header: what the codec wrote, codebooks included.
             #[serde(default)]
             pub payload_bytes: Option<u64>,
+            /// Resolution that was decoded; 0 is the full one, and each step halves every axis. Pictures are drawn at the volume's
+            /// size, and compared with the reference of the full volume; errors of voxels are those of the level brought to the
+            /// volume's size by the filter *linear*.
+            #[serde(default)]
+            pub resolution: u8,
         }
 
         impl Record {

@@ -203,6 +203,7 @@ fn refused_cell(refusal: &Refusal) -> RefusedCell {
         scene: cell.scene.clone(),
         skipping: cell.skipping,
         stages: cell.stages,
+        resolution: cell.resolution,
         reason: reason.to_string(),
     }
 }

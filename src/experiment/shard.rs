@@ -81,6 +81,7 @@ mod tests {
                         filter: Filter::Linear,
                         skipping: false,
                         stages: None,
+                        resolution: 0,
                     });
                 }
             }

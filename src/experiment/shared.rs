@@ -73,7 +73,7 @@ impl<'a> Shared<'a> {
         if let Some(known) = known {
             return Ok(known);
         }
-        let decoded = self.encoded.frame(frame)?;
+        let decoded = self.encoded.frame_of_full_size(frame)?;
         let distance = surfaces::distance(stage, frame, &decoded)?;
         self.surfaces.borrow_mut().insert(key, distance);
         Ok(distance)
@@ -97,7 +97,7 @@ impl<'a> Shared<'a> {
         expected.flag_not_run(self.target, site, record);
         if let (Target::Device(_), Site::Inline | Site::Deferred | Site::Ring) = (self.target, site) {
             // What the device decodes is read back, to be compared.
-            let layout = expected.decoder.layout();
+            let layout = expected.frame.layout();
             let bytes = layout.samples_per_frame() * size_of::<f32>() as u64;
             let what = || format!("a frame of {} voxels as the device decodes it", layout.extent);
             memory::check(bytes, what).map_err(|e| e.to_string())?;

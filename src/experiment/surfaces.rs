@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 
 use cvr_core::metrics::isosurface::{self, SurfaceDistance};
-use cvr_core::render::{ColourOpacity, DecodedFrame, Filter, Voxels};
+use cvr_core::render::{ColourOpacity, DecodedFrame, Filter};
 use cvr_core::volume::FrameIndex;
 
 use super::record::Record;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use cvr_core::codec::{BlockTexture, Decoder, Site};
+use cvr_core::codec::{BlockTexture, DecodeError, Decoder, Site};
 use cvr_core::render::{
     Blending, DecodedFrame, DecoderVoxels, Image, LayerPass, Pass, RenderError, Renderer, View,
 };
@@ -26,6 +26,9 @@ pub enum DrawError {
     /// The renderer or its mirror refused.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// What a predicted frame is decoded from does not decode.
+    #[error(transparent)]
+    Decode(#[from] DecodeError),
 }
 
 /// A graphics device, or the CPU mirror.
@@ -113,7 +116,7 @@ impl Target {
         let Self::Device(device) = self else {
             return Ok(HostVolume { frame, texture: None, fallback: None });
         };
-        let (layout, form) = (decoder.layout(), decoder.decoded_form());
+        let (layout, form) = (&decoder.layout().at_resolution(key.1.resolution), decoder.decoded_form());
         let (texture, fallback) = match self.blocks(decoder, key) {
             Some(Ok(blocks)) => (VolumeTexture::upload_blocks(device, layout, &blocks)?, None),
             Some(Err(reason)) => (VolumeTexture::upload(device, layout, frame.values(), form)?, Some(reason)),
@@ -146,7 +149,8 @@ impl Target {
         view: &View,
         voxels: &VoxelSource<'a>,
     ) -> Result<Picture<'a>, DrawError> {
-        let layout = voxels.decoder.layout();
+        let view = &view.at_resolution(voxels.decoder.layout(), voxels.level.resolution);
+        let layout = &voxels.decoder.layout().at_resolution(voxels.level.resolution);
         let plan = match voxels.decoded {
             Decoded::Ring(_) => renderer.plan_layers(view, layout)?,
             _ => renderer.plan(view, layout)?,
@@ -395,7 +399,7 @@ impl Picture<'_> {
         match frame {
             Some(frame) => renderer.reference(view, &**frame, &mut image)?,
             None => {
-                let voxels = DecoderVoxels::new(*decoder, *index).with_stages(level.stages);
+                let voxels = DecoderVoxels::new(*decoder, *index, *level)?;
                 renderer.reference(view, &voxels, &mut image)?;
             }
         }

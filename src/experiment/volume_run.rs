@@ -78,7 +78,8 @@ impl<'a> VolumeRun<'a> {
         let codec = self.codec(id).map_err(|e| e.to_string())?;
         ledger.encodings += 1;
         let progress = Progress::new(|_| {}, Some(self.run.stop));
-        encode(codec.as_ref(), settings, &self.volume.volume, self.run.out.path(), &progress)
+        let place = (self.run.out.path(), self.run.experiment.decoded_frames_mb);
+        encode(codec.as_ref(), settings, &self.volume.volume, place, &progress)
     }
 
     /// A stage for each scene and renderer of these cells.

@@ -147,6 +147,7 @@ fn refused_rows(refused: &[RefusedCell]) -> Vec<Value> {
             scene,
             skipping,
             stages,
+            resolution,
             reason,
         } = cell.clone();
         if skipping {
@@ -154,6 +155,9 @@ fn refused_rows(refused: &[RefusedCell]) -> Vec<Value> {
         }
         if let Some(stages) = stages {
             filter += &format!(", stages {stages}");
+        }
+        if resolution > 0 {
+            filter += &format!(", resolution {resolution}");
         }
         let brief = labels.settings(&record(cell));
         let texts = vec![volume, codec, brief, site, filter, renderer, scene, reason];

@@ -35,6 +35,7 @@ pub(super) fn cell_id(record: &Record) -> Option<String> {
         filter: Filter::ALL.into_iter().find(|filter| filter.name() == record.filter)?,
         skipping: record.skipping,
         stages: record.stages,
+        resolution: record.resolution,
     };
     Some(cell.id())
 }

@@ -205,6 +205,7 @@ const COLUMNS: &[Column] = &[
         number("device_decode_bytes", "on the device meanwhile", |r| bytes(r.device_decode_bytes)),
     )),
     text("stages", "stages", |r| r.stages.map_or("all".to_owned(), |stages| stages.to_string())),
+    text("resolution", "resolution", |r| r.resolution.to_string()),
     text("skipping", "skipping", |r| if r.skipping { "yes" } else { "no" }.to_owned()),
     number("skipping_gain", "gain of skipping", |r| short(r.skipping_gain)),
     secondary(number("skipping_gain_iqr", "its IQR", |r| short(r.skipping_gain_iqr))),

@@ -178,6 +178,7 @@ fn sample(dir: &Path) -> (Provenance, Vec<Record>, Vec<RefusedCell>) {
         scene: "front".into(),
         skipping: false,
         stages: None,
+        resolution: 0,
         reason: "codec raw offers no fetch of a whole cell".into(),
     }];
     (provenance, records, refused)

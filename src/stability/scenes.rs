@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use cvr_core::render::{
     Camera, ControlPoint, DecodedFrame, Filter, Shading, TransferFunction, TransferFunctionError, View,
-    Voxels as _,
 };
 use cvr_core::volume::{ValueRange, VolumeLayout};
 

@@ -80,7 +80,8 @@ fn a_cell_at_inline_tells_the_first_voxel_that_differs() {
     let (folder, volume) = (tempfile::tempdir().unwrap(), noise(ODD, SampleType::U8));
     let raw = codec("raw");
     let settings = raw.info().default_settings();
-    let mut stream = encode(raw.as_ref(), &settings, &volume, folder.path(), &Progress::silent()).unwrap();
+    let mut stream =
+        encode(raw.as_ref(), &settings, &volume, (folder.path(), 64), &Progress::silent()).unwrap();
     let target = Target::Device(device.clone());
     let told = |stream: &Encoded| {
         let shared = Shared::new(&target, "raw", stream, std::iter::empty());

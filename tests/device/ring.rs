@@ -310,7 +310,8 @@ fn a_cell_whose_ring_holds_other_values_fails() {
     let (folder, volume) = (tempfile::tempdir().unwrap(), textured(ODD, [1.0; 3], SampleType::U8));
     let raw = codec("raw");
     let settings = raw.info().default_settings();
-    let mut right = encode(raw.as_ref(), &settings, &volume, folder.path(), &Progress::silent()).unwrap();
+    let mut right =
+        encode(raw.as_ref(), &settings, &volume, (folder.path(), 64), &Progress::silent()).unwrap();
     let target = Target::Device(device.clone());
     let view = view(SampleType::U8, [16, 16], Filter::Linear);
     let entered = |encoded: &Encoded| {

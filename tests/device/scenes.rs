@@ -114,8 +114,8 @@ pub fn draw_by(
     source: &DrawSource<'_>,
 ) -> (Image, Drawing) {
     let plan = match source {
-        DrawSource::Ring { .. } => renderer.plan_layers(view, source.layout()).unwrap(),
-        _ => renderer.plan(view, source.layout()).unwrap(),
+        DrawSource::Ring { .. } => renderer.plan_layers(view, &source.layout()).unwrap(),
+        _ => renderer.plan(view, &source.layout()).unwrap(),
     };
     let drawing = Drawing::new(device, &plan, source, view.filter).unwrap();
     drawing.draw_timed().unwrap();

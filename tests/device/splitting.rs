@@ -17,7 +17,7 @@ fn small(device: &Device, storage_words: u64) -> Device {
 
 fn draw(device: &Device, source: &DrawSource<'_>) -> (Image, String) {
     let view = view(SampleType::U16, [40, 30], Filter::Linear);
-    let plan = Raycasting.plan(&view, source.layout()).unwrap();
+    let plan = Raycasting.plan(&view, &source.layout()).unwrap();
     let drawing = Drawing::new(device, &plan, source, view.filter).unwrap();
     drawing.draw_timed().unwrap();
     (drawing.read_image().unwrap(), drawing.wgsl().to_owned())

@@ -164,7 +164,7 @@ fn slices_follow_their_mirror_at_every_depth() {
 
 fn by_table(device: &Device, view: &View, decoder: &dyn Decoder) -> Image {
     let source = source(device, Site::Inline, "raw", decoder);
-    let plan = Raycasting.plan(view, source.layout()).unwrap();
+    let plan = Raycasting.plan(view, &source.layout()).unwrap();
     let plan = with_table(&plan, &view.transfer_function);
     let drawing = Drawing::new(device, &plan, &source, view.filter).unwrap();
     drawing.draw_timed().unwrap();

@@ -1,5 +1,6 @@
 //! A codec for tests that has no snippet: an integer Haar transform, which a device undoes by passes over two scratch
-//! buffers. Lossless, for integers.
+//! buffers. Lossless, for integers. Frames of a group are predicted from the one before them, and a volume has a second
+//! resolution: the sums of its finest level.
 
 mod passes;
 mod transform;
@@ -9,6 +10,7 @@ use std::sync::Arc;
 use cvr_core::codec::*;
 use cvr_core::container::{Element, EncodedVolume, StreamWriter};
 use cvr_core::volume::*;
+use serde::{Deserialize, Serialize};
 
 pub use passes::{Pass, Passes};
 
@@ -18,13 +20,33 @@ pub struct Haar {
     info: CodecInfo,
     /// What the device runs, of every stream.
     pub passes: Passes,
+    /// Of a predicted frame, which one it is predicted from: the one before it. Tests change it.
+    pub predicted_from: fn(u32) -> u32,
+}
+
+/// What a stream holds beside its coefficients.
+#[derive(Copy, Clone, Debug, Serialize, Deserialize)]
+struct Parameters {
+    /// How often sums are transformed again.
+    levels: u32,
+    /// Frames of a group: one that decodes on its own, and those that follow it.
+    group: u32,
 }
 
 impl Haar {
     /// A volume through the codec, with a decoder whose passes can be changed.
     pub fn encoded(levels: i64, volume: &FiniteVolume) -> HaarDecoder {
+        Self::in_groups(levels, 1, volume)
+    }
+
+    /// The same with groups of so many frames.
+    pub fn in_groups(levels: i64, group: i64, volume: &FiniteVolume) -> HaarDecoder {
         let haar = Self::default();
-        let settings: Settings = [("levels".to_owned(), SettingValue::Integer(levels))].into_iter().collect();
+        let settings = [("levels", levels), ("group", group)];
+        let settings: Settings = settings
+            .map(|(name, value)| (name.to_owned(), SettingValue::Integer(value)))
+            .into_iter()
+            .collect();
         let stream = encode_temporary(&haar, &settings, volume).unwrap();
         haar.open(&Arc::new(stream)).unwrap()
     }
@@ -32,21 +54,32 @@ impl Haar {
     fn open(&self, volume: &EncodedVolume) -> Result<HaarDecoder, DecodeError> {
         check_stream(volume, &self.info)?;
         let layout = volume.spec().layout.clone();
-        let levels: u32 = volume.parameters()?;
-        if levels > 6 {
-            return Err(DecodeError::Corrupt(format!("{levels} levels")));
+        let Parameters { levels, group } = volume.parameters()?;
+        if levels > 6 || group == 0 {
+            return Err(DecodeError::Corrupt(format!("{levels} levels, groups of {group} frames")));
         }
         let shape = [u64::from(layout.frames), layout.samples_per_frame()];
         let coefficients = volume.tensor_of_shape("coefficients", Element::U32, &shape)?.words().to_vec();
-        let of_frame = |words: &[u32]| {
-            let mut samples: Vec<i32> = words.iter().map(|w| *w as i32).collect();
-            transform::inverse(&mut samples, (layout.extent.to_array(), layout.channels), levels);
-            samples.into_iter().map(|s| s as f32).collect()
-        };
         let samples = layout.samples_per_frame() as usize;
-        let frames = coefficients.chunks_exact(samples).map(of_frame).collect();
-        Ok(HaarDecoder { layout, levels, coefficients, frames, passes: self.passes.clone() })
+        let at = |resolution: u8| {
+            let extent = layout.extent.at_resolution(resolution).to_array();
+            let of_frame = |words: &[u32]| {
+                let all: Vec<i32> = words.iter().map(|w| *w as i32).collect();
+                let mut low = transform::low(&all, (layout.extent.to_array(), layout.channels), extent);
+                transform::inverse(&mut low, (extent, layout.channels), levels - u32::from(resolution));
+                low.into_iter().map(|s| s as f32).collect()
+            };
+            coefficients.chunks_exact(samples).map(of_frame).collect()
+        };
+        let frames = (0..resolutions(levels)).map(at).collect();
+        let (passes, predicted_from) = (self.passes.clone(), self.predicted_from);
+        Ok(HaarDecoder { layout, levels, group, coefficients, frames, passes, predicted_from })
     }
+}
+
+/// Resolutions of a volume whose sums are transformed so often.
+fn resolutions(levels: u32) -> u8 {
+    if levels > 0 { 2 } else { 1 }
 }
 
 impl Default for Haar {
@@ -58,15 +91,23 @@ impl Default for Haar {
             sites: &[Site::Deferred, Site::Host],
             fetch_cell: false,
             paper: None,
-            settings: &[Setting {
-                name: "levels",
-                doc: "how often sums are transformed again",
-                kind: SettingKind::Integer { min: 0, max: 6 },
-                default: "2",
-            }],
+            settings: &[
+                Setting {
+                    name: "levels",
+                    doc: "how often sums are transformed again",
+                    kind: SettingKind::Integer { min: 0, max: 6 },
+                    default: "2",
+                },
+                Setting {
+                    name: "group",
+                    doc: "frames of a group, of which all but the first are predicted from the one before them",
+                    kind: SettingKind::Integer { min: 1, max: 64 },
+                    default: "1",
+                },
+            ],
             methods: &[],
         };
-        Self { info, passes: Passes::default() }
+        Self { info, passes: Passes::default(), predicted_from: |frame| frame - 1 }
     }
 }
 
@@ -75,8 +116,13 @@ impl Codec for Haar {
         &self.info
     }
 
+    fn resolutions(&self, settings: &Settings) -> u8 {
+        resolutions(settings.integer("levels").unwrap_or(0) as u32)
+    }
+
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
-        Ok(Box::new(HaarEncoder { levels: settings.integer("levels")? as u32 }))
+        let [levels, group] = [settings.integer("levels")?, settings.integer("group")?].map(|n| n as u32);
+        Ok(Box::new(HaarEncoder(Parameters { levels, group })))
     }
 
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
@@ -85,9 +131,7 @@ impl Codec for Haar {
 }
 
 #[derive(Debug)]
-struct HaarEncoder {
-    levels: u32,
-}
+struct HaarEncoder(Parameters);
 
 impl Encoder for HaarEncoder {
     fn encode(
@@ -96,33 +140,49 @@ impl Encoder for HaarEncoder {
         out: &mut dyn StreamWriter,
         run: &Progress<'_>,
     ) -> Result<EncodeReport, EncodeError> {
+        let Parameters { levels, group } = self.0;
         let layout = source.layout().clone();
         if !layout.sample.is_integer() {
             return Err(EncodeError::Unsupported(format!("integers only, not {}", layout.sample)));
         }
+        let mut before: Vec<i32> = Vec::new();
         for frame in (0..layout.frames).map(FrameIndex) {
             let mut values = vec![0.0; layout.samples_per_frame() as usize];
             source.read(frame, Region::whole(layout.extent), &mut values)?;
-            let mut samples: Vec<i32> = values.into_iter().map(|v| v as i32).collect();
-            transform::forward(&mut samples, (layout.extent.to_array(), layout.channels), self.levels);
-            out.append_words("coefficients", &samples.into_iter().map(|s| s as u32).collect::<Vec<_>>())?;
+            let samples: Vec<i32> = values.into_iter().map(|v| v as i32).collect();
+            let mut coded = samples.clone();
+            if frame.0 % group > 0 {
+                coded.iter_mut().zip(&before).for_each(|(sample, before)| *sample -= before);
+            }
+            before = samples;
+            transform::forward(&mut coded, (layout.extent.to_array(), layout.channels), levels);
+            out.append_words("coefficients", &coded.into_iter().map(|s| s as u32).collect::<Vec<_>>())?;
             run.advance(layout.extent.voxels())?;
         }
         out.shape("coefficients", &[u64::from(layout.frames), layout.samples_per_frame()])?;
-        out.parameters_of(&self.levels)?;
+        out.parameters_of(&self.0)?;
         Ok(EncodeReport { error_bound: Some(0.0), notes: Vec::new() })
     }
 }
 
-/// The decoder, all of whose frames the CPU has decoded.
+/// The decoder, for which the CPU has undone the transforms of all frames.
 #[derive(Debug)]
 pub struct HaarDecoder {
     layout: VolumeLayout,
     levels: u32,
+    group: u32,
     coefficients: Vec<u32>,
-    frames: Vec<Vec<f32>>,
+    /// Of each resolution every frame; a predicted one less what it is predicted from.
+    frames: Vec<Vec<Vec<f32>>>,
     /// What the device runs.
     pub passes: Passes,
+    predicted_from: fn(u32) -> u32,
+}
+
+impl HaarDecoder {
+    fn resolutions(&self) -> u8 {
+        resolutions(self.levels)
+    }
 }
 
 impl Decoder for HaarDecoder {
@@ -130,18 +190,38 @@ impl Decoder for HaarDecoder {
         &self.layout
     }
 
+    fn dependencies(&self, frame: FrameIndex) -> Dependencies {
+        match frame.0 % self.group {
+            0 => Dependencies::Intra,
+            _ => Dependencies::Predicted(FrameIndex((self.predicted_from)(frame.0))),
+        }
+    }
+
     fn decode_brick(
         &self,
         key: BrickKey,
-        _: &dyn ReferenceFrames,
+        references: &dyn ReferenceFrames,
         out: &mut [f32],
     ) -> Result<(), DecodeError> {
-        check_key(&self.layout, key)?;
+        check_key_at(&self.layout, self.resolutions(), key)?;
+        let BrickKey { frame, level, region } = key;
+        let extent = self.layout.extent.at_resolution(level.resolution);
         let channels = self.layout.channels as usize;
-        let row = key.region.extent.x() as usize * channels;
-        let frame = &self.frames[key.frame.0 as usize];
-        for (start, out) in key.region.rows().zip(out.chunks_exact_mut(row)) {
-            out.copy_from_slice(&frame[self.layout.extent.index(start) * channels..][..row]);
+        let row = region.extent.x() as usize * channels;
+        let own = &self.frames[level.resolution as usize][frame.0 as usize];
+        let reference = match self.dependencies(frame).frames() {
+            [Some(of), _] => {
+                let missing = || DecodeError::MissingReference { frame: frame.0, missing: of.0 };
+                Some(references.frame(of).ok_or_else(missing)?)
+            }
+            [None, _] => None,
+        };
+        for (start, out) in region.rows().zip(out.chunks_exact_mut(row)) {
+            let first = extent.index(start) * channels;
+            out.copy_from_slice(&own[first..][..row]);
+            if let Some(reference) = reference {
+                out.iter_mut().zip(&reference[first..]).for_each(|(out, r)| *out += r);
+            }
         }
         Ok(())
     }
@@ -152,6 +232,8 @@ impl Decoder for HaarDecoder {
 
     fn decoded_form(&self) -> DecodedForm {
         match self.layout.sample {
+            // Sums of predicted frames are rounded down in each: they may lie below what their volume holds.
+            _ if self.group > 1 => DecodedForm::FLOAT32,
             SampleType::U8 => DecodedForm { format: TexelFormat::Unorm8, scale: 255.0, offset: 0.0 },
             SampleType::I8 => DecodedForm { format: TexelFormat::Unorm8, scale: 255.0, offset: -128.0 },
             SampleType::U16 => DecodedForm { format: TexelFormat::Unorm16, scale: 65535.0, offset: 0.0 },

@@ -47,6 +47,15 @@ pub fn inverse(coefficients: &mut [i32], shape: Shape, levels: u32) {
     }
 }
 
+/// The coefficients of a box at the lower corner of a frame, by themselves.
+pub fn low(coefficients: &[i32], (extent, channels): Shape, of: [u32; 3]) -> Vec<i32> {
+    let row = |y: u32, z: u32| {
+        let first = ((z * extent[1] + y) * extent[0] * channels) as usize;
+        &coefficients[first..][..(of[0] * channels) as usize]
+    };
+    (0..of[2]).flat_map(|z| (0..of[1]).flat_map(move |y| row(y, z).iter().copied())).collect()
+}
+
 /// Every line of the box along an axis, of each channel.
 fn lines(all: &mut [i32], (extent, channels): Shape, of: [u32; 3], axis: usize, f: impl Fn(&mut [i32])) {
     let [stride_x, stride_y] = [channels as usize, (channels * extent[0]) as usize];

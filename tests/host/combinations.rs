@@ -89,6 +89,7 @@ pub fn everything(names: &Names) -> Experiment {
             filters: Filter::ALL.to_vec(),
             skipping: vec![false],
             stages: vec![None],
+            resolutions: vec![0],
         },
         ..experiment
     }

@@ -7,7 +7,7 @@ use cvr_core::codec::{SettingValue, Settings};
 use cvr_core::metrics::{shifted, visible};
 use cvr_core::pipeline::parse_colour;
 use cvr_core::render::{
-    Camera, ControlPoint, DecodedFrame, Filter, Image, Light, Projection, TransferFunction, View, Voxels as _,
+    Camera, ControlPoint, DecodedFrame, Filter, Image, Light, Projection, TransferFunction, View,
 };
 use cvr_core::volume::{DenseVolume, FiniteVolume, FrameIndex, SampleType};
 

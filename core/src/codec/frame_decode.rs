@@ -8,7 +8,8 @@ use crate::volume::{FrameIndex, Level};
 /// have beside them, or not at all.
 pub trait FrameDecode: Send + Sync {
     /// The passes that rebuild `frame`, and what they read. What the CPU has to do for it (entropy decoding) is done
-    /// here. The frame has the extent of [`Decoder::layout`]: the site *deferred* asks for resolution 0 only.
+    /// here. The frame has the extent of [`Decoder::layout`] at the level's resolution. Passes of a predicted frame read
+    /// what it is predicted from beside the stream's own buffers ([`super::References::resources`]).
     ///
     /// # Errors
     /// When the frame or the level does not exist, or the stream lacks what the passes read.

@@ -3,10 +3,12 @@
 mod all_frames;
 mod block;
 mod block_texture;
+mod decoded_frame;
 mod encode;
 mod encode_file;
 mod error;
 mod frame_decode;
+mod frame_store;
 mod info;
 mod parity;
 mod pieces;
@@ -19,10 +21,12 @@ mod stream;
 pub(crate) use all_frames::Decoded;
 pub use block::Block;
 pub use block_texture::{BlockFormat, BlockTexture};
+pub use decoded_frame::DecodedFrame;
 pub use encode::{Cancelled, EncodeReport, Encoder, Progress};
 pub use encode_file::{encode_file, encode_temporary};
 pub use error::{ConfigError, DecodeError, EncodeError};
 pub use frame_decode::{FrameDecode, FramePass, FramePasses, Scratch, ScratchUse, deferred_agreement};
+pub use frame_store::{FrameStore, References};
 pub use info::{CodecInfo, Paper, Site};
 pub use parity::{Mismatch, Parity};
 pub use pieces::decode_pieces;
@@ -33,7 +37,7 @@ pub use shader_decode::{
     Agreement, Constant, ConstantValue, DecodedForm, Resource, ShaderDecode, TexelFormat, VoxelDump,
     WgslModule,
 };
-pub use stream::{check_key, check_stream};
+pub use stream::{check_key, check_key_at, check_stream};
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -50,6 +54,12 @@ pub trait Codec: Send + Sync + Debug {
     /// Stages of a volume encoded with these (complete) settings: the levels of refinement at which it decodes, by the
     /// first, by the first two and so on. A codec without such levels has one.
     fn stages(&self, _settings: &Settings) -> u8 {
+        1
+    }
+
+    /// Resolutions of a volume encoded with these (complete) settings, the full one included: [`Level::resolution`] is
+    /// below this number. A codec that cannot leave out detail has one.
+    fn resolutions(&self, _settings: &Settings) -> u8 {
         1
     }
 
@@ -80,9 +90,30 @@ pub trait Decoder: Send + Sync + Debug {
     /// Shape of the decoded volume.
     fn layout(&self) -> &VolumeLayout;
 
-    /// Frames that must be at hand before `frame` decodes.
+    /// Frames that must be at hand before `frame` decodes, at whichever level: they are of the level that is decoded.
     fn dependencies(&self, _frame: FrameIndex) -> Dependencies {
         Dependencies::Intra
+    }
+
+    /// The decoded frames that `frame` is predicted from, at a level. A codec's own decoder has none at hand: the one that
+    /// keeps frames has them, [`FrameStore`], which stands before every decoder of predicted frames.
+    ///
+    /// # Errors
+    /// When one of them is missing from the stream or does not decode, or frames are predicted in a circle.
+    fn references(&self, _frame: FrameIndex, _level: Level) -> Result<References, DecodeError> {
+        Ok(References::default())
+    }
+
+    /// A whole frame at a level, of a decoder that keeps decoded frames; `None` from any other.
+    ///
+    /// # Errors
+    /// As [`Decoder::references`] and [`Decoder::decode_brick`].
+    fn kept_frame(
+        &self,
+        _frame: FrameIndex,
+        _level: Level,
+    ) -> Result<Option<Arc<DecodedFrame>>, DecodeError> {
+        Ok(None)
     }
 
     /// Decodes a box of voxels into `out` (x fastest, channels interleaved), in data units. Any box that lies
@@ -157,11 +188,24 @@ pub fn decode_stages(
     stages: u8,
     references: &dyn ReferenceFrames,
 ) -> Result<Vec<f32>, DecodeError> {
+    decode_level(decoder, frame, Level { stages, ..Level::FULL }, references)
+}
+
+/// The same at a level; `references` are of that level.
+///
+/// # Errors
+/// As [`decode_frame`].
+pub fn decode_level(
+    decoder: &dyn Decoder,
+    frame: FrameIndex,
+    level: Level,
+    references: &dyn ReferenceFrames,
+) -> Result<Vec<f32>, DecodeError> {
     use rayon::prelude::*;
 
     use crate::volume::{Extent, Region};
 
-    let layout = decoder.layout();
+    let layout = decoder.layout().at_resolution(level.resolution);
     let [x, y, _] = layout.extent.to_array();
     let slab = x as usize * y as usize * layout.channels as usize;
     let what = || format!("a decoded frame of {} voxels", layout.extent);
@@ -173,7 +217,6 @@ pub fn decode_stages(
         let slices = (out.len() / slab) as u32;
         let extent = Extent::new(x, y, slices).map_err(|e| DecodeError::Corrupt(e.to_string()))?;
         let region = Region { origin: [0, 0, i as u32 * SLICES], extent };
-        let level = Level { stages, ..Level::FULL };
         decoder.decode_brick(BrickKey { frame, level, region }, references, out)
     })?;
     // What keeps the values counts them from here on.

@@ -63,7 +63,7 @@ impl Parity {
         cpu: &[f32],
         shader: &[f32],
     ) -> Self {
-        let layout = decoder.layout();
+        let layout = decoder.layout().at_resolution(level.resolution);
         let (x, y) = (u64::from(layout.extent.x()), u64::from(layout.extent.y()));
         let place = |sample: u64| {
             let voxel = sample / u64::from(layout.channels);

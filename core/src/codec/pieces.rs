@@ -2,30 +2,31 @@
 
 use rayon::prelude::*;
 
-use super::{DecodeError, Decoder, decode_stages};
+use super::{DecodeError, DecodedFrame, Decoder, References};
 use crate::memory;
-use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region};
+use crate::volume::{BrickKey, Extent, FrameIndex, Level, Region};
 
 /// Slices, or rows, that one thread decodes at a time: a multiple of the edge of most codecs' blocks.
 const AT_ONCE: u32 = 8;
 
-/// Decodes a frame from the first `stages`, in pieces of at most `max_samples` (but whole rows), which follow each other
-/// in memory order; hands the values of each to `each`. Of a codec that rebuilds whole frames, the frame is decoded once.
+/// Decodes a frame at a level, in pieces of at most `max_samples` (but whole rows), which follow each other in memory
+/// order; hands the values of each to `each`. Of a codec that rebuilds whole frames, or predicts them, the frame is decoded
+/// once.
 ///
 /// # Errors
 /// As [`Decoder::decode_brick`], those of `each`, and when there is no memory for a piece.
 pub fn decode_pieces<E: From<DecodeError>>(
     decoder: &dyn Decoder,
     frame: FrameIndex,
-    stages: u8,
+    level: Level,
     max_samples: usize,
     mut each: impl FnMut(&[f32]) -> Result<(), E>,
 ) -> Result<(), E> {
-    let layout = decoder.layout();
-    if decoder.rebuilds_frames() {
-        let values = decode_stages(decoder, frame, stages, &NoReferences)?;
-        return values.chunks(max_samples.max(1)).try_for_each(each);
+    let layout = decoder.layout().at_resolution(level.resolution);
+    if let Some(whole) = DecodedFrame::if_whole(decoder, frame, level)? {
+        return whole.values().chunks(max_samples.max(1)).try_for_each(each);
     }
+    let references = decoder.references(frame, level)?;
     let channels = layout.channels as usize;
     let mut buffer: Vec<f32> = Vec::new();
     for piece in pieces(layout.extent, max_samples / channels) {
@@ -36,7 +37,7 @@ pub fn decode_pieces<E: From<DecodeError>>(
             buffer = memory::zeroed(samples as u64, what).map_err(DecodeError::from)?;
         }
         let values = &mut buffer[..samples];
-        decode_piece(decoder, (frame, stages), piece, values)?;
+        decode_piece(decoder, (frame, level, &references), piece, values)?;
         each(values)?;
     }
     Ok(())
@@ -45,11 +46,10 @@ pub fn decode_pieces<E: From<DecodeError>>(
 /// Decodes a box of whole slices, or of rows of one slice, in parallel.
 fn decode_piece(
     decoder: &dyn Decoder,
-    (frame, stages): (FrameIndex, u8),
+    (frame, level, references): (FrameIndex, Level, &References),
     piece: Region,
     values: &mut [f32],
 ) -> Result<(), DecodeError> {
-    let level = Level { stages, ..Level::FULL };
     // The axis along which parts of the box lie one after the other in memory.
     let axis = if piece.extent.z() > 1 { 2 } else { 1 };
     let length = piece.extent.to_array()[axis];
@@ -60,7 +60,7 @@ fn decode_piece(
         size[axis] = (out.len() / each) as u32;
         let extent = Extent::try_from(size).map_err(|e| DecodeError::Corrupt(e.to_string()))?;
         let key = BrickKey { frame, level, region: Region { origin, extent } };
-        decoder.decode_brick(key, &NoReferences, out)
+        decoder.decode_brick(key, references, out)
     })
 }
 
@@ -135,7 +135,7 @@ mod tests {
     /// All values of the second frame, and the longest piece.
     fn decoded(decoder: &Counter, max_samples: usize) -> (Vec<f32>, usize) {
         let (mut all, mut longest) = (Vec::new(), 0);
-        decode_pieces(decoder, FrameIndex(1), Level::ALL_STAGES, max_samples, |values| {
+        decode_pieces(decoder, FrameIndex(1), Level::FULL, max_samples, |values| {
             all.extend_from_slice(values);
             longest = longest.max(values.len());
             Ok::<_, DecodeError>(())
@@ -172,7 +172,7 @@ mod tests {
     fn a_stop_ends_it() {
         let decoder = counter([4, 4, 64], 1, false);
         let mut pieces = 0;
-        let ended = decode_pieces(&decoder, FrameIndex::FIRST, 255, 64, |_| {
+        let ended = decode_pieces(&decoder, FrameIndex::FIRST, Level::FULL, 64, |_| {
             pieces += 1;
             if pieces == 3 { Err(DecodeError::Failed("stop".to_owned())) } else { Ok(()) }
         });

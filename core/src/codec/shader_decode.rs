@@ -15,7 +15,8 @@ pub trait ShaderDecode: Send + Sync {
     /// How closely the shader follows the CPU decoder.
     fn agreement(&self) -> Agreement;
 
-    /// The buffers of one frame, in the order in which they are bound.
+    /// The codec's own buffers of one frame, in the order in which they are bound. Those of what a predicted frame is decoded
+    /// from are bound behind them ([`super::References::resources`]).
     ///
     /// # Errors
     /// When the stream lacks one.

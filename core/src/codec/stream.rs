@@ -27,8 +27,17 @@ pub fn check_stream(volume: &EncodedVolume, info: &CodecInfo) -> Result<(), Deco
 /// # Errors
 /// [`DecodeError::NoSuchBrick`] otherwise.
 pub fn check_key(layout: &VolumeLayout, key: BrickKey) -> Result<(), DecodeError> {
+    check_key_at(layout, 1, key)
+}
+
+/// The same of a codec with so many resolutions, the full one included; the region lies inside the volume at the key's.
+///
+/// # Errors
+/// As [`check_key`].
+pub fn check_key_at(layout: &VolumeLayout, resolutions: u8, key: BrickKey) -> Result<(), DecodeError> {
     let BrickKey { frame, level, region } = key;
-    if frame.0 < layout.frames && region.fits(layout.extent) && level.resolution == 0 && level.stages > 0 {
+    let known = frame.0 < layout.frames && level.resolution < resolutions && level.stages > 0;
+    if known && region.fits(layout.extent.at_resolution(level.resolution)) {
         return Ok(());
     }
     Err(DecodeError::NoSuchBrick(format!(
@@ -53,5 +62,29 @@ mod tests {
         assert!(check_key(&layout, level(0, 1)).is_ok());
         assert!(check_key(&layout, level(1, 1)).is_err());
         assert!(check_key(&layout, level(0, 0)).is_err());
+    }
+
+    #[test]
+    fn a_region_counts_voxels_of_its_resolution() {
+        let layout = VolumeLayout::scalar(Extent::new(5, 4, 1).unwrap(), SampleType::U8);
+        let at = |resolution, origin| BrickKey {
+            frame: FrameIndex::FIRST,
+            level: Level { resolution, ..Level::FULL },
+            region: Region::voxel(origin),
+        };
+        for (resolution, origin, held) in [
+            (0, [4, 3, 0], true),
+            (1, [2, 1, 0], true),
+            (1, [3, 1, 0], false),
+            (1, [2, 2, 0], false),
+            (2, [1, 0, 0], true),
+            (3, [0, 0, 0], false),
+        ] {
+            assert_eq!(
+                check_key_at(&layout, 3, at(resolution, origin)).is_ok(),
+                held,
+                "{resolution} {origin:?}"
+            );
+        }
     }
 }

@@ -4,7 +4,7 @@ pub(super) use crate::codec::Decoded;
 use crate::volume::{FrameIndex, ReferenceFrames as _};
 
 impl Decoded {
-    /// The samples of one frame; all are there once [`Decoded::all`] has succeeded.
+    /// The samples of one frame.
     pub(super) fn values(&self, frame: FrameIndex) -> &[f32] {
         self.frame(frame).unwrap_or(&[])
     }

@@ -3,7 +3,9 @@
 use cvr_shaders::{DUMP, DUMP_CELL, Template};
 
 use crate::codec::{CodecInfo, Decoder, ShaderDecode, Site};
-use crate::shader::{BindingKind, BindingLimits, DeferredShaders, Request, ResourceSize, Source, generate};
+use crate::shader::{
+    BindingKind, BindingLimits, DeferredShaders, Request, ResourceSize, Source, generate, snippet_resources,
+};
 use crate::volume::{FrameIndex, Level};
 
 /// What is wrong with the snippet of a stream, if anything.
@@ -36,7 +38,8 @@ fn dump_shader(
     shader: &dyn ShaderDecode,
     template: Template,
 ) -> Result<(), String> {
-    let resources = shader.resources(FrameIndex::FIRST).map_err(|e| e.to_string())?;
+    let key = (FrameIndex::FIRST, Level::FULL);
+    let resources = snippet_resources(info.id, decoder, shader, key).map_err(|e| e.to_string())?;
     let request = Request {
         templates: &[template],
         entry: "dump",

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use super::decoded::Decoded;
 use super::{Case, Property, Report};
-use crate::codec::{Agreement, Decoder, Parity, Site, VoxelDump};
+use crate::codec::{Agreement, Decoder, FrameStore, Parity, Site, VoxelDump};
 use crate::volume::{FrameIndex, Level};
 
 /// Dumps every frame, through `fetch` and, where there is one, `fetch_cell`; and as the codec's own passes rebuild it.
 pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
     let info = case.codec.info();
     let Ok(decoder) = case.codec.decoder(Arc::clone(&case.stream)) else { return };
+    let decoder = FrameStore::open(decoder.into(), u64::MAX);
     let (voxel, frame) = (decoder.shader(), decoder.frame_decode());
     let lacks_voxel = voxel.is_none() && info.sites.contains(&Site::Inline);
     report.check(Property::Parity, !lacks_voxel, || "site inline, but no shader".to_owned());
@@ -24,9 +25,11 @@ pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
     }
     paths.extend(frame.map(|shader| ("passes", None, shader.agreement())));
     let most = case.codec.stages(case.settings);
-    for stages in (1..most).chain([Level::ALL_STAGES]) {
-        let level = Level { stages, ..Level::FULL };
-        at_level(case, decoder.as_ref(), level, &paths, dump, report);
+    for resolution in 0..case.codec.resolutions(case.settings) {
+        for stages in (1..most).chain([Level::ALL_STAGES]) {
+            let level = Level { resolution, stages };
+            at_level(case, decoder.as_ref(), level, &paths, dump, report);
+        }
     }
 }
 
@@ -41,7 +44,7 @@ fn at_level(
     dump: &dyn VoxelDump,
     report: &mut Report,
 ) {
-    let Ok(decoded) = Decoded::stages(decoder, level.stages) else { return };
+    let Ok(decoded) = Decoded::at(decoder, level) else { return };
     let (codec, block) = (case.codec.info().id, case.codec.block(case.settings));
     for frame in (0..decoder.layout().frames).map(FrameIndex) {
         let key = (frame, level);
@@ -61,7 +64,8 @@ fn at_level(
             };
             report.check(Property::Parity, problem.is_none(), || {
                 let problem = problem.unwrap_or_default();
-                format!("frame {}, stages {}, {path}: {problem}", frame.0, level.stages)
+                let Level { resolution, stages } = level;
+                format!("frame {}, resolution {resolution}, stages {stages}, {path}: {problem}", frame.0)
             });
         }
     }

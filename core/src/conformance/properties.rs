@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::decoded::{Decoded, difference};
 use super::{Case, Property, Report, module};
-use crate::codec::Decoder;
+use crate::codec::{Decoder, FrameStore};
 use crate::volume::{
     BrickKey, BrickSource as _, Extent, FrameIndex, Level, Region, ValueRange, VolumeLayout,
 };
@@ -12,12 +12,12 @@ use crate::volume::{
 /// Decodes the stream and checks every property that needs no damage and no device.
 pub fn check(case: &Case<'_>, report: &mut Report) {
     let decoder = match case.codec.decoder(Arc::clone(&case.stream)) {
-        Ok(decoder) => decoder,
+        Ok(decoder) => FrameStore::open(decoder.into(), u64::MAX),
         Err(e) => return report.fail(Property::Stream, e.to_string()),
     };
     let layout = case.volume.layout();
     report.check(Property::Stream, decoder.layout() == layout, || "the decoder's layout differs".to_owned());
-    let decoded = match Decoded::all(decoder.as_ref()) {
+    let decoded = match Decoded::at(decoder.as_ref(), Level::FULL) {
         Ok(decoded) => decoded,
         Err(e) => return report.fail(Property::Stream, e),
     };
@@ -26,7 +26,8 @@ pub fn check(case: &Case<'_>, report: &mut Report) {
         regions(decoder.as_ref(), (frame, Level::FULL), &decoded, report);
     }
     stages(case, decoder.as_ref(), &decoded, report);
-    keys(decoder.as_ref(), &decoded, report);
+    resolutions(case, decoder.as_ref(), report);
+    keys(case, decoder.as_ref(), &decoded, report);
     if let Some(shader) = decoder.shader() {
         let problem = module::problem(case.codec.info(), decoder.as_ref(), shader);
         report.check(Property::Module, problem.is_none(), || problem.unwrap_or_default());
@@ -59,12 +60,12 @@ fn stages(case: &Case<'_>, decoder: &dyn Decoder, all: &Decoded, report: &mut Re
     let most = case.codec.stages(case.settings);
     let mut better: Option<Vec<f64>> = None;
     for stages in (1..=most).rev() {
-        let decoded = match Decoded::stages(decoder, stages) {
+        let level = Level { stages, ..Level::FULL };
+        let decoded = match Decoded::at(decoder, level) {
             Ok(decoded) => decoded,
             Err(e) => return report.fail(Property::Stages, format!("{stages} stages: {e}")),
         };
         let frames = (0..case.volume.layout().frames).map(FrameIndex);
-        let level = Level { stages, ..Level::FULL };
         let mut errors = Vec::new();
         for frame in frames {
             let values = decoded.values(frame);
@@ -94,6 +95,26 @@ fn stages(case: &Case<'_>, decoder: &dyn Decoder, all: &Decoded, report: &mut Re
     }
 }
 
+/// Every lower resolution: of its size, finite, consistent.
+fn resolutions(case: &Case<'_>, decoder: &dyn Decoder, report: &mut Report) {
+    for resolution in 1..case.codec.resolutions(case.settings) {
+        let level = Level { resolution, ..Level::FULL };
+        let decoded = match Decoded::at(decoder, level) {
+            Ok(decoded) => decoded,
+            Err(e) => {
+                return report.fail(Property::Resolutions, format!("resolution {resolution}: {e}"));
+            }
+        };
+        for frame in (0..case.volume.layout().frames).map(FrameIndex) {
+            let strange = decoded.values(frame).iter().position(|v| !v.is_finite());
+            report.check(Property::Resolutions, strange.is_none(), || {
+                format!("resolution {resolution}: sample {strange:?} is not finite")
+            });
+            regions(decoder, (frame, level), &decoded, report);
+        }
+    }
+}
+
 /// Parts of a frame decode to what the whole decodes to, and lie in their `value_range`.
 fn regions(
     decoder: &dyn Decoder,
@@ -101,7 +122,7 @@ fn regions(
     decoded: &Decoded,
     report: &mut Report,
 ) {
-    let layout = decoder.layout();
+    let layout = &decoder.layout().at_resolution(level.resolution);
     let whole = decoded.values(frame);
     for region in some_regions(layout.extent) {
         let key = BrickKey { frame, level, region };
@@ -163,7 +184,7 @@ fn some_regions(extent: Extent) -> Vec<Region> {
 }
 
 /// What does not exist is refused, not read.
-fn keys(decoder: &dyn Decoder, decoded: &Decoded, report: &mut Report) {
+fn keys(case: &Case<'_>, decoder: &dyn Decoder, decoded: &Decoded, report: &mut Report) {
     let layout = decoder.layout();
     let [x, y, z] = layout.extent.to_array();
     let voxel = |frame, p| BrickKey::full(FrameIndex(frame), Region::voxel(p));
@@ -175,7 +196,10 @@ fn keys(decoder: &dyn Decoder, decoded: &Decoded, report: &mut Report) {
         voxel(0, [0, 0, z]),
         voxel(0, [u32::MAX; 3]),
     ];
-    keys.push(BrickKey { level: Level { resolution: 200, stages: 1 }, ..voxel(0, [0; 3]) });
+    let resolutions = case.codec.resolutions(case.settings);
+    for resolution in [resolutions, 200] {
+        keys.push(BrickKey { level: Level { resolution, stages: 1 }, ..voxel(0, [0; 3]) });
+    }
     let mut out = vec![0.0; layout.channels as usize];
     for key in keys {
         let accepted = decoder.decode_brick(key, decoded, &mut out).is_ok();
@@ -192,7 +216,7 @@ fn keys(decoder: &dyn Decoder, decoded: &Decoded, report: &mut Report) {
         report.check(Property::Keys, !accepted, || "resources of a frame that does not exist".to_owned());
     }
     if let Some(shader) = decoder.frame_decode() {
-        let wrong = Level { resolution: 200, stages: 1 };
+        let wrong = Level { resolution: resolutions, stages: 1 };
         for (frame, level) in [(FrameIndex(layout.frames), Level::FULL), (FrameIndex::FIRST, wrong)] {
             let accepted = shader.passes(frame, level).is_ok();
             report.check(Property::Keys, !accepted, || format!("passes of {frame:?}, {level:?}"));

@@ -24,6 +24,8 @@ pub enum Property {
     Regions,
     /// More stages never raise the mean squared error, and as many as there are stand for all.
     Stages,
+    /// Every resolution that the codec names decodes, to finite values.
+    Resolutions,
     /// Regions, frames and levels that do not exist are refused.
     Keys,
     /// Damaged streams are refused, without a panic.

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::decoded::{Decoded, difference};
 use super::{Case, Property, Report};
-use crate::codec::{CodecInfo, DecodeError, Settings};
+use crate::codec::{CodecInfo, DecodeError, FrameStore, Settings};
 use crate::container::{ContainerError, ContainerWriter, Element, EncodedVolume, StreamWriter as _};
 use crate::volume::{Extent, FrameIndex, Level, VolumeLayout};
 
@@ -86,7 +86,10 @@ pub fn check(case: &Case<'_>, report: &mut Report) {
 /// The settings in a container are for the record: the stream decodes without them, wherever it lies.
 fn alone(case: &Case<'_>, content: &Content, report: &mut Report) {
     let bare = Content { settings: Settings::default(), ..content.clone() };
-    let all = |volume| Decoded::all(case.codec.decoder(volume).map_err(|e| e.to_string())?.as_ref());
+    let all = |volume| {
+        let decoder = case.codec.decoder(volume).map_err(|e| e.to_string())?;
+        Decoded::at(FrameStore::open(decoder.into(), u64::MAX).as_ref(), Level::FULL)
+    };
     let problem = rewritten(&bare).and_then(|volume| {
         let (here, there) = (all(Arc::clone(&case.stream))?, all(volume)?);
         let differs = |f| difference(here.values(FrameIndex(f)), there.values(FrameIndex(f)));
@@ -186,12 +189,12 @@ fn decode(case: &Case<'_>, content: &Content) -> Result<Outcome, String> {
     let volume = rewritten(content)?;
     let attempt = || {
         let decoder = match case.codec.decoder(volume) {
-            Ok(decoder) => decoder,
+            Ok(decoder) => FrameStore::open(decoder.into(), u64::MAX),
             Err(e) => return Outcome::Refused(e),
         };
         // Large claims that were believed would cost memory here: touch only what exists.
         if decoder.layout().extent.voxels() <= 1 << 20 {
-            let _ = Decoded::all(decoder.as_ref());
+            let _ = Decoded::at(decoder.as_ref(), Level::FULL);
         }
         if let Some(shader) = decoder.shader() {
             let _ = shader.resources(FrameIndex::FIRST);

@@ -25,6 +25,8 @@ pub struct Cell {
     pub skipping: bool,
     /// How many stages of the stream are decoded; `None` for all.
     pub stages: Option<u8>,
+    /// Resolution that is decoded; 0 is the full one, and each step halves every axis.
+    pub resolution: u8,
 }
 
 impl Cell {
@@ -34,7 +36,7 @@ impl Cell {
     /// The level that is decoded.
     #[must_use]
     pub fn level(&self) -> Level {
-        self.stages.map_or(Level::FULL, |stages| Level { stages, ..Level::FULL })
+        Level { resolution: self.resolution, stages: self.stages.unwrap_or(Level::ALL_STAGES) }
     }
 
     /// What records and charts call the codec: its id, and behind a colon the setting `name` of a codec that has one,
@@ -54,7 +56,7 @@ impl Cell {
     }
 
     /// A name for files and for resuming: `bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-linear`, and
-    /// `-skipping` and `-stages=2` where it is so.
+    /// `-skipping`, `-stages=2` and `-resolution=1` where it is so.
     ///
     /// It has only letters, digits and `._=,-`, depends on the cell alone, and differs between different cells:
     /// where a name had to be changed, holds a `-` (which could blur the borders) or is too long, a checksum of
@@ -65,10 +67,12 @@ impl Cell {
         let settings = settings.join(",");
         let (site, filter) = (self.site.name(), self.filter.name());
         let stages = self.stages.map(|stages| format!("stages={stages}"));
+        let resolution = (self.resolution > 0).then(|| format!("resolution={}", self.resolution));
         let mut parts =
             vec![&*self.volume, &*self.codec, &*settings, &*self.scene, &*self.renderer, site, filter];
         parts.extend(self.skipping.then_some("skipping"));
         parts.extend(stages.as_deref());
+        parts.extend(resolution.as_deref());
         let is_safe = |c: char| c.is_ascii_alphanumeric() || "._=,-".contains(c);
         let written: Vec<&str> = parts.iter().copied().filter(|p| !p.is_empty()).collect();
         let mut id: String = written.join("-").chars().map(|c| if is_safe(c) { c } else { '_' }).collect();

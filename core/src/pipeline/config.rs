@@ -6,7 +6,7 @@ use crate::render::Filter;
 use crate::volume::{Extent, SampleType, StoredType};
 
 /// An experiment: volumes × codecs and their settings × scenes × renderers × sites × filters ×
-/// skipping × stages.
+/// skipping × stages × resolutions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
     /// Name, for reports and folders.
@@ -15,6 +15,9 @@ pub struct Experiment {
     pub seed: u64,
     /// Most cells, refused combinations included; default [`Experiment::MAX_CELLS`].
     pub max_cells: u64,
+    /// Megabytes (10⁶ bytes) of decoded frames that are kept of each stream with predicted frames; default
+    /// [`FrameStore::DEFAULT_MB`](crate::codec::FrameStore::DEFAULT_MB). It decides how often frames are decoded, and no result.
+    pub decoded_frames_mb: u32,
     /// At least one; no two names are alike in lower case, since they become file names.
     pub volumes: Vec<Volume>,
     /// At least one, in the order of the file. One codec may stand in several.
@@ -177,6 +180,8 @@ pub struct PipelineAxes {
     pub skipping: Vec<bool>,
     /// How many stages of a stream are decoded, each at least 1; `None` for all that there are, the default.
     pub stages: Vec<Option<u8>>,
+    /// Resolutions that are decoded; default only 0, the full one.
+    pub resolutions: Vec<u8>,
 }
 
 /// No scene applies to a volume.
@@ -210,12 +215,13 @@ impl Experiment {
     /// Cells and refused combinations together, found without making one.
     #[must_use]
     pub fn combinations(&self) -> u128 {
-        let PipelineAxes { renderers, sites, filters, skipping, stages } = &self.pipeline;
-        let axes = [renderers.len(), sites.len(), filters.len(), skipping.len(), stages.len()];
+        let PipelineAxes { renderers, sites, filters, skipping, stages, resolutions } = &self.pipeline;
+        let levels = [stages.len(), resolutions.len()];
+        let axes = [renderers.len(), sites.len(), filters.len(), skipping.len()].into_iter().chain(levels);
         let settings = self.codecs.iter().map(|codec| Sweep::count(&codec.sweeps));
         let settings = settings.fold(0, u128::saturating_add);
         let scenes: u128 = self.volumes.iter().map(|v| self.scenes_of(&v.name).count() as u128).sum();
-        axes.into_iter().fold(scenes.saturating_mul(settings), |n, axis| n.saturating_mul(axis as u128))
+        axes.fold(scenes.saturating_mul(settings), |n, axis| n.saturating_mul(axis as u128))
     }
 
     /// Compares the number of cells with what is allowed, before any is made.

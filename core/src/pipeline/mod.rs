@@ -30,7 +30,7 @@ pub use document::Document;
 pub use file_path::{FilePath, FilePathError, UnsetVariable};
 pub use parse::{InvalidExperiment, Known};
 pub use resolve::{
-    Capabilities, Reason, Refusal, Resolution, missing_stages, resolve, undrawable, unsupported,
+    Capabilities, Reason, Refusal, Resolution, missing_level, resolve, undrawable, unsupported,
 };
 pub use scene::{FrameRange, Scene, SceneError, SceneOpacity, TransferDomain};
 pub use schema::{json_schema, markdown};

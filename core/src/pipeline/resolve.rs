@@ -73,6 +73,15 @@ pub enum Reason {
         /// Stages that it has with these settings.
         most: u8,
     },
+    /// The codec has not so many resolutions.
+    Resolution {
+        /// Codec id.
+        codec: String,
+        /// Resolution asked for.
+        asked: u8,
+        /// Resolutions that it has with these settings, the full one included.
+        resolutions: u8,
+    },
     /// The codec refuses the settings, in its own words.
     Settings(String),
     /// This machine or build lacks something.
@@ -118,6 +127,13 @@ impl fmt::Display for Reason {
             Self::Stages { codec, asked, most } => {
                 write!(f, "stages {asked}: codec {codec} has {most} stages; use 1 to {most}, or \"all\"")
             }
+            Self::Resolution { codec, asked, resolutions: 0 | 1 } => {
+                write!(f, "resolution {asked}: codec {codec} has the full resolution alone; use resolution 0")
+            }
+            Self::Resolution { codec, asked, resolutions } => {
+                let most = resolutions - 1;
+                write!(f, "resolution {asked}: codec {codec} has resolutions 0 to {most} with these settings")
+            }
             Self::Settings(problem) | Self::Missing(problem) => f.write_str(problem),
             Self::Repeated => {
                 f.write_str("the same settings stand earlier in the configuration, written in another way")
@@ -145,7 +161,7 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
     for volume in &experiment.volumes {
         for codec in &codecs {
             for scene in experiment.scenes_of(&volume.name) {
-                for Axes { renderer, site, filter, skipping, stages } in axes(experiment) {
+                for Axes { renderer, site, filter, skipping, level } in axes(experiment) {
                     let cell = Cell {
                         volume: volume.name.clone(),
                         codec: codec.id.clone(),
@@ -155,7 +171,8 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
                         site,
                         filter,
                         skipping,
-                        stages,
+                        stages: level.0,
+                        resolution: level.1,
                     };
                     let reason = codec
                         .problem
@@ -164,7 +181,7 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
                         .or_else(|| {
                             codec.codec.and_then(|c| unsupported(known.codecs, c.info(), site, filter))
                         })
-                        .or_else(|| codec.codec.and_then(|c| missing_stages(c, &codec.settings, stages)))
+                        .or_else(|| codec.codec.and_then(|c| missing_level(c, &codec.settings, level)))
                         .or_else(|| undrawable(renderer, site, known.renderers))
                         .or_else(|| site_problem(site, capabilities));
                     match reason {
@@ -210,16 +227,20 @@ struct Axes<'a> {
     site: Site,
     filter: Filter,
     skipping: bool,
-    stages: Option<u8>,
+    /// Stages and resolution.
+    level: (Option<u8>, u8),
 }
 
 fn axes(experiment: &Experiment) -> impl Iterator<Item = Axes<'_>> {
-    let PipelineAxes { renderers, sites, filters, skipping, stages } = &experiment.pipeline;
+    let PipelineAxes { renderers, sites, filters, skipping, stages, resolutions } = &experiment.pipeline;
+    let levels = move || {
+        resolutions.iter().flat_map(move |&resolution| stages.iter().map(move |&stages| (stages, resolution)))
+    };
     renderers.iter().flat_map(move |renderer| {
         sites.iter().flat_map(move |&site| {
             filters.iter().flat_map(move |&filter| {
                 let axes = move |skipping| {
-                    stages.iter().map(move |&stages| Axes { renderer, site, filter, skipping, stages })
+                    levels().map(move |level| Axes { renderer, site, filter, skipping, level })
                 };
                 skipping.iter().flat_map(move |&skipping| axes(skipping))
             })
@@ -251,13 +272,23 @@ pub fn unsupported(codecs: &Registry, info: &CodecInfo, site: Site, filter: Filt
     }
 }
 
-/// Why a codec with these settings, which are complete, cannot decode so few or many stages; `None` when it can. All
-/// that there are (`None`) is always possible; a codec of one stage has nothing to choose.
+/// Why a codec with these settings, which are complete, cannot decode so few or many stages, or not this resolution; `None`
+/// when it can. All stages that there are (`None`) and resolution 0 are always possible; a codec of one stage has nothing
+/// to choose.
 #[must_use]
-pub fn missing_stages(codec: &dyn Codec, settings: &Settings, stages: Option<u8>) -> Option<Reason> {
-    let (asked, most) = (stages?, codec.stages(settings));
-    let reason = Reason::Stages { codec: codec.info().id.to_owned(), asked, most };
-    (asked > most || most == 1).then_some(reason)
+pub fn missing_level(
+    codec: &dyn Codec,
+    settings: &Settings,
+    (stages, resolution): (Option<u8>, u8),
+) -> Option<Reason> {
+    let id = || codec.info().id.to_owned();
+    let most = codec.stages(settings);
+    if let Some(asked) = stages.filter(|asked| *asked > most || most == 1) {
+        return Some(Reason::Stages { codec: id(), asked, most });
+    }
+    let resolutions = codec.resolutions(settings);
+    let missing = resolution > 0 && resolution >= resolutions;
+    missing.then(|| Reason::Resolution { codec: id(), asked: resolution, resolutions })
 }
 
 /// Why a renderer of this label cannot draw from a site, by what the renderers say of themselves; `None` when it can.

@@ -138,6 +138,7 @@ impl Scene {
             value_range: range,
             shading: self.shading,
             clip: self.clip,
+            coarse: None,
             macrocells: None,
         })
     }

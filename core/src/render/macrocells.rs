@@ -5,8 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::TransferFunction;
-use crate::codec::{Agreement, BlockTexture, DecodeError, DecodedForm, Decoder, ShaderDecode, TexelFormat};
-use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region, ValueRange};
+use crate::codec::{
+    Agreement, BlockTexture, DecodeError, DecodedForm, DecodedFrame, Decoder, ShaderDecode, TexelFormat,
+};
+use crate::volume::{BrickKey, Extent, FrameIndex, Level, Region, ValueRange};
 
 /// Lowest and highest *decoded* value of every macrocell of a frame at a level, its apron of one voxel included: what
 /// a sample inside can come to under any filter. For the codec's original values they would be others: a lossy codec
@@ -26,8 +28,9 @@ pub struct Macrocells {
 }
 
 impl MacrocellRanges {
-    /// Decodes `frame` macrocell by macrocell, in parallel. Memory stays within that of the ranges and of the
-    /// decoder's own. `stop` ends it early, with `None`.
+    /// Decodes `frame` at a level macrocell by macrocell, in parallel; macrocells are of voxels of that level. Memory stays
+    /// within that of the ranges and of the decoder's own; a frame that is decoded as a whole is held while its macrocells
+    /// are gone through. `stop` ends it early, with `None`.
     ///
     /// # Errors
     /// As [`Decoder::decode_brick`].
@@ -41,6 +44,8 @@ impl MacrocellRanges {
         let extent = layout.extent.at_resolution(level.resolution);
         let grid = extent.blocks_of(Macrocells::SIZE);
         let slack = Slack::of(decoder, level);
+        let whole = DecodedFrame::if_whole(decoder, frame, level)?;
+        let references = if whole.is_none() { decoder.references(frame, level)? } else { Default::default() };
         let range_of = |cell: usize| {
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
@@ -49,7 +54,10 @@ impl MacrocellRanges {
             let region = Region::block(grid.position(cell), Macrocells::SIZE, extent).with_apron(1, extent);
             let mut values = vec![0.0; region.extent.voxels() as usize * layout.channels as usize];
             let key = BrickKey { frame, region, level };
-            decoder.decode_brick(key, &NoReferences, &mut values)?;
+            match &whole {
+                Some(frame) => frame.copy_region(region, &mut values),
+                None => decoder.decode_brick(key, &references, &mut values)?,
+            }
             Ok(range_of(&values).map(|range| slack.widened(range, decoder.value_range(key))))
         };
         let ranges: Result<Vec<_>, DecodeError> =

@@ -2,6 +2,7 @@
 
 mod camera;
 mod clip;
+mod coarse;
 mod colour;
 mod image;
 mod layers;
@@ -19,6 +20,7 @@ mod voxels;
 
 pub use camera::{Camera, Projection, RayFrame};
 pub use clip::ClipBox;
+pub use coarse::{Coarse, upsampled};
 pub use colour::{ColourOpacity, OpacityTable, OpacityTableError};
 pub use image::{Image, ImageError, to_png, write_png};
 pub use layers::{LayerPass, LayerStep, RING_LAYERS};
@@ -31,4 +33,6 @@ pub use shading::{Light, Shading};
 pub use transfer_function::{ControlPoint, SegmentSearch, TransferFunction, TransferFunctionError};
 pub use uniforms::uniform_bytes;
 pub use view::{Filter, View};
-pub use voxels::{Cell, DecodedFrame, DecoderVoxels, Voxels};
+pub use voxels::{Cell, DecoderVoxels, Voxels};
+
+pub use crate::codec::DecodedFrame;

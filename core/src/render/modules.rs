@@ -22,7 +22,7 @@ impl SceneModules {
     /// # Errors
     /// When a uniform cannot be laid out.
     pub fn new(view: &View, layout: &VolumeLayout) -> Result<Self, RenderError> {
-        let rays = view.camera.rays(layout, view.size);
+        let rays = view.rays(layout);
         let camera = match view.camera.projection {
             Projection::Perspective => shaders::CAMERA_PERSPECTIVE,
             Projection::Orthographic => shaders::CAMERA_ORTHOGRAPHIC,
@@ -44,7 +44,7 @@ impl SceneModules {
     }
 
     fn bounds(&mut self, view: &View, layout: &VolumeLayout) -> Result<(), RenderError> {
-        if view.clip.is_none() {
+        if view.draws_whole(layout.extent) {
             self.templates.push(shaders::BOUNDS_WHOLE);
             return Ok(());
         }

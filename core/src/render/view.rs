@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, ClipBox, ColourOpacity, Macrocells, Shading, TransferFunction};
+use super::{Camera, ClipBox, Coarse, ColourOpacity, Macrocells, RayFrame, Shading, TransferFunction};
 use crate::volume::{Extent, ValueRange, VolumeLayout};
 
 /// How a value between voxel centres comes about.
@@ -71,6 +71,9 @@ pub struct View {
     pub shading: Option<Shading>,
     /// What is drawn of the volume; `None` = all.
     pub clip: Option<ClipBox>,
+    /// The volume of which a lower resolution is drawn, at the volume's size; `None` = the voxels that are drawn are the
+    /// volume's own. Voxel coordinates are then those of the resolution.
+    pub coarse: Option<Coarse>,
     /// What the renderer may skip, for this transfer function. The picture is the same without.
     pub macrocells: Option<Arc<Macrocells>>,
 }
@@ -92,6 +95,7 @@ impl View {
             filter: Filter::Linear,
             shading: None,
             clip: None,
+            coarse: None,
             macrocells: None,
         }
     }
@@ -104,10 +108,37 @@ impl View {
         self.macrocells.as_deref().filter(|_| !by_table)
     }
 
-    /// Lower and upper corner of what is drawn, in voxel coordinates.
+    /// The same view of a volume of this shape as drawn from one of its resolutions. Macrocells are those of the resolution.
+    #[must_use]
+    pub fn at_resolution(&self, volume: &VolumeLayout, resolution: u8) -> Self {
+        Self { coarse: Coarse::of(volume, resolution), ..self.clone() }
+    }
+
+    /// The rays of the picture, in the coordinates of the voxels that are drawn, whose shape is `layout`.
+    #[must_use]
+    pub fn rays(&self, layout: &VolumeLayout) -> RayFrame {
+        match &self.coarse {
+            None => self.camera.rays(layout, self.size),
+            Some(coarse) => coarse.rays(&self.camera, layout, self.size),
+        }
+    }
+
+    /// Lower and upper corner of what is drawn, in the coordinates of the voxels that are drawn, of which there are
+    /// `extent`.
     #[must_use]
     pub fn bounds(&self, extent: Extent) -> [Vec3; 2] {
-        self.clip.unwrap_or(ClipBox::WHOLE).corners(extent)
+        let clip = self.clip.unwrap_or(ClipBox::WHOLE);
+        match &self.coarse {
+            None => clip.corners(extent),
+            Some(coarse) => clip.corners(coarse.extent()).map(|corner| corner / coarse.scale()),
+        }
+    }
+
+    /// Whether all voxels are drawn, from face to face: no clip box, and no voxel of a lower resolution that sticks out of
+    /// the volume.
+    #[must_use]
+    pub fn draws_whole(&self, extent: Extent) -> bool {
+        self.clip.is_none() && self.bounds(extent) == ClipBox::WHOLE.corners(extent)
     }
 }
 

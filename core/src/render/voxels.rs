@@ -1,9 +1,8 @@
 //! What the CPU mirror of a renderer reads voxels from.
 
 use super::RenderError;
-use crate::codec::{DecodeError, Decoder, decode_stages};
-use crate::memory::Held;
-use crate::volume::{BrickKey, Extent, FrameIndex, Level, NoReferences, Region, VolumeLayout};
+use crate::codec::{DecodeError, DecodedFrame, Decoder, References};
+use crate::volume::{BrickKey, Extent, FrameIndex, Level, Region, VolumeLayout};
 
 /// Values at the corners of a cell; corner `i` takes x from bit 0, y from bit 1, z from bit 2 of `i`. A scalar
 /// lies in the first component.
@@ -11,7 +10,7 @@ pub type Cell = [[f32; 4]; 8];
 
 /// Random access to decoded voxels.
 pub trait Voxels: Sync {
-    /// Shape of the volume.
+    /// Shape of the volume at the level that is drawn.
     fn layout(&self) -> &VolumeLayout;
 
     /// One voxel; `p` lies inside.
@@ -33,65 +32,23 @@ pub trait Voxels: Sync {
     }
 }
 
-/// A decoded frame in memory: what the site *host* draws from.
-#[derive(Clone, Debug)]
-pub struct DecodedFrame {
-    layout: VolumeLayout,
-    values: Vec<f32>,
-    _held: Held,
-}
-
-impl DecodedFrame {
-    /// From values, x fastest, channels interleaved; `None` when their number does not fit.
-    #[must_use]
-    pub fn new(layout: VolumeLayout, values: Vec<f32>) -> Option<Self> {
-        (values.len() as u64 == layout.samples_per_frame()).then(|| Self {
-            layout,
-            _held: Held::of(&values),
-            values,
-        })
-    }
-
-    /// Decodes a whole frame.
-    ///
-    /// # Errors
-    /// As [`Decoder::decode_brick`].
-    pub fn decode(decoder: &dyn Decoder, frame: FrameIndex) -> Result<Self, DecodeError> {
-        Self::decode_stages(decoder, frame, Level::ALL_STAGES)
-    }
-
-    /// The same from the first `stages` alone.
-    ///
-    /// # Errors
-    /// As [`Decoder::decode_brick`].
-    pub fn decode_stages(decoder: &dyn Decoder, frame: FrameIndex, stages: u8) -> Result<Self, DecodeError> {
-        let values = decode_stages(decoder, frame, stages, &NoReferences)?;
-        Ok(Self { layout: decoder.layout().clone(), _held: Held::of(&values), values })
-    }
-
-    /// The values, x fastest, channels interleaved.
-    #[must_use]
-    pub fn values(&self) -> &[f32] {
-        &self.values
-    }
-}
-
 impl Voxels for DecodedFrame {
     fn layout(&self) -> &VolumeLayout {
-        &self.layout
+        self.layout()
     }
 
     fn fetch(&self, p: [u32; 3]) -> Result<[f32; 4], RenderError> {
-        let at = self.layout.extent.index(p);
-        Ok(match self.layout.channels {
-            1 => [self.values[at], 0.0, 0.0, 0.0],
-            _ => [self.values[3 * at], self.values[3 * at + 1], self.values[3 * at + 2], 0.0],
+        let (at, values) = (self.layout().extent.index(p), self.values());
+        Ok(match self.layout().channels {
+            1 => [values[at], 0.0, 0.0, 0.0],
+            _ => [values[3 * at], values[3 * at + 1], values[3 * at + 2], 0.0],
         })
     }
 
     fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> Result<Cell, RenderError> {
         // One index and three strides instead of eight indices: this is the mirror's innermost loop.
-        let VolumeLayout { extent, channels, .. } = self.layout;
+        let &VolumeLayout { extent, channels, .. } = self.layout();
+        let values = self.values();
         let first = extent.index(p);
         let (row, slice) = (extent.x() as usize, extent.x() as usize * extent.y() as usize);
         let step = [(q[0] - p[0]) as usize, (q[1] - p[1]) as usize * row, (q[2] - p[2]) as usize * slice];
@@ -99,7 +56,7 @@ impl Voxels for DecodedFrame {
         for (i, corner) in cell.iter_mut().enumerate() {
             let at = first + step[0] * (i & 1) + step[1] * (i >> 1 & 1) + step[2] * (i >> 2 & 1);
             for (c, value) in corner.iter_mut().enumerate().take(channels as usize) {
-                *value = self.values[at * channels as usize + c];
+                *value = values[at * channels as usize + c];
             }
         }
         Ok(cell)
@@ -112,30 +69,32 @@ pub struct DecoderVoxels<'a> {
     decoder: &'a dyn Decoder,
     frame: FrameIndex,
     level: Level,
+    /// That of the level.
+    layout: VolumeLayout,
+    /// What the frame is predicted from.
+    references: References,
 }
 
 impl<'a> DecoderVoxels<'a> {
-    /// Draws `frame` of `decoder`.
-    #[must_use]
-    pub const fn new(decoder: &'a dyn Decoder, frame: FrameIndex) -> Self {
-        Self { decoder, frame, level: Level::FULL }
-    }
-
-    /// The same from the first stages alone.
-    #[must_use]
-    pub const fn with_stages(self, stages: u8) -> Self {
-        Self { level: Level { stages, ..self.level }, ..self }
+    /// Draws `frame` of `decoder` at a level.
+    ///
+    /// # Errors
+    /// When what the frame is predicted from does not decode.
+    pub fn new(decoder: &'a dyn Decoder, frame: FrameIndex, level: Level) -> Result<Self, DecodeError> {
+        let references = decoder.references(frame, level)?;
+        let layout = decoder.layout().at_resolution(level.resolution);
+        Ok(Self { decoder, frame, level, layout, references })
     }
 
     fn decode(&self, region: Region, out: &mut [f32]) -> Result<(), RenderError> {
         let key = BrickKey { frame: self.frame, level: self.level, region };
-        self.decoder.decode_brick(key, &NoReferences, out).map_err(|e| RenderError::Voxels(e.to_string()))
+        self.decoder.decode_brick(key, &self.references, out).map_err(|e| RenderError::Voxels(e.to_string()))
     }
 }
 
 impl Voxels for DecoderVoxels<'_> {
     fn layout(&self) -> &VolumeLayout {
-        self.decoder.layout()
+        &self.layout
     }
 
     fn fetch(&self, p: [u32; 3]) -> Result<[f32; 4], RenderError> {

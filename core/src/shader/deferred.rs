@@ -5,7 +5,7 @@ use cvr_shaders::DEFERRED_DECODE;
 
 use super::{
     BindingKind, BindingLimits, GeneratedShader, PassShader, Request, ResourceSize, ShaderError, Source,
-    generate, generate_passes,
+    generate, generate_passes, snippet_resources,
 };
 use crate::codec::{DecodeError, Decoder, Resource, TexelFormat};
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
@@ -48,9 +48,10 @@ impl<'a> DeferredShaders<'a> {
         format: TexelFormat,
         limits: BindingLimits,
     ) -> Result<Self, DeferredError> {
-        let layout = decoder.layout();
         if let Some(decode) = decoder.frame_decode() {
-            let own = decode.passes(frame, level)?;
+            let layout = &decoder.layout().at_resolution(level.resolution);
+            let mut own = decode.passes(frame, level)?;
+            own.resources.extend(decoder.references(frame, level)?.resources()?);
             let (passes, source) = generate_passes(codec, &own, layout, (frame, level), limits)?;
             let pack = generate_decode(&source, layout, (format, Axis::Z), limits)?;
             return Ok(Self { passes, pack, resources: own.resources });
@@ -71,10 +72,15 @@ impl<'a> DeferredShaders<'a> {
         limits: BindingLimits,
     ) -> Result<Self, DeferredError> {
         let shader = decoder.shader().ok_or_else(|| DeferredError::NoShader(codec.to_owned()))?;
-        let resources = shader.resources(frame)?;
+        let resources = snippet_resources(codec, decoder, shader, (frame, level))?;
         let sizes = resources.iter().map(ResourceSize::of).collect();
         let source = Source::Inline { codec, module: shader.module(), resources: sizes, frame, level };
-        let pack = generate_decode(&source, decoder.layout(), (format, axis), limits)?;
+        let pack = generate_decode(
+            &source,
+            &decoder.layout().at_resolution(level.resolution),
+            (format, axis),
+            limits,
+        )?;
         Ok(Self { passes: Vec::new(), pack, resources })
     }
 

@@ -13,6 +13,7 @@ mod inlined;
 mod lint;
 mod origin;
 mod request;
+mod resources;
 mod segments;
 #[cfg(test)]
 mod tests;
@@ -27,3 +28,4 @@ pub use origin::{Origin, Segment, ShaderError};
 pub use request::{
     Binding, BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, Source, TextureSampling,
 };
+pub use resources::snippet_resources;

@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use super::trivial::{Trivial, raw_bytes};
 use super::verdict::{Observed, Word};
-use crate::codec::{Codec, ConfigError, Decoded, Decoder, EncodeError, Settings, encode_temporary};
+use crate::codec::{
+    Codec, ConfigError, Decoded, Decoder, EncodeError, FrameStore, Settings, encode_temporary,
+};
 use crate::container::EncodedVolume;
 use crate::metrics::VolumeError;
-use crate::volume::{BrickKey, BrickSource as _, FiniteVolume, FrameIndex, Region};
+use crate::volume::{BrickKey, BrickSource as _, FiniteVolume, FrameIndex, Level, Region};
 
 /// What came of one volume.
 #[derive(Clone, Debug)]
@@ -72,10 +74,11 @@ impl Trial {
         let report = stream.spec().report.clone();
         let broken = |problem: String| (bytes, Word::Broken(problem));
         let decoder = codec.decoder(stream).map_err(|e| broken(format!("decoding fails: {e}")))?;
+        let decoder = FrameStore::open_mb(decoder.into(), FrameStore::DEFAULT_MB);
         if decoder.layout() != volume.layout() {
             return Err(broken("the decoded volume has another layout".to_owned()));
         }
-        let frames = Decoded::all(decoder.as_ref()).map_err(broken)?.into_frames();
+        let frames = Decoded::at(decoder.as_ref(), Level::FULL).map_err(broken)?.into_frames();
         if let Some(value) = frames.iter().flatten().find(|v| !v.is_finite()) {
             return Err(broken(format!("a voxel decodes to {value}")));
         }

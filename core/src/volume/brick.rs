@@ -75,6 +75,13 @@ pub struct Level {
 impl Level {
     /// Every refinement term that the stream holds.
     pub const ALL_STAGES: u8 = u8::MAX;
+    /// Voxels of the volume along each axis for which a voxel of this resolution stands: 2^r.
+    #[must_use]
+    pub fn scale(resolution: u8) -> f64 {
+        // No axis has more than 2^32 voxels.
+        2.0_f64.powi(i32::from(resolution.min(32)))
+    }
+
     /// Full resolution, all stages.
     pub const FULL: Self = Self { resolution: 0, stages: Self::ALL_STAGES };
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Extent, SampleType};
+use super::{Extent, Level, SampleType};
 
 /// Index of a frame (time step), from 0.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -76,6 +76,16 @@ impl VolumeLayout {
             return Err(LayoutError::TooLarge { frames: self.frames, extent: self.extent });
         }
         Ok(())
+    }
+
+    /// The layout at a resolution: each step halves every axis, rounded up, and doubles the spacing. Voxel `i` of a level
+    /// stands for the voxels `i · 2^r .. (i + 1) · 2^r` of the volume; at the upper faces of odd sizes for fewer, and its
+    /// centre lies at `(i + ½) · 2^r` all the same.
+    #[must_use]
+    pub fn at_resolution(&self, resolution: u8) -> Self {
+        let scale = Level::scale(resolution);
+        let spacing = self.spacing.map(|spacing| spacing * scale);
+        Self { extent: self.extent.at_resolution(resolution), spacing, ..*self }
     }
 
     /// Samples of one frame: voxels × channels.

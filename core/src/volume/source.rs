@@ -41,13 +41,25 @@ pub trait BrickSource: Sync {
 pub enum Dependencies {
     /// None: decodes on its own.
     Intra,
-    /// One earlier frame.
+    /// One other frame, usually an earlier one.
     Predicted(FrameIndex),
-    /// An earlier and a later frame.
+    /// Two other frames, usually an earlier and a later one.
     Bidirectional(FrameIndex, FrameIndex),
 }
 
-/// Decoded frames handed to a decoder that predicts from them.
+impl Dependencies {
+    /// The frames, in the order in which they stand here.
+    #[must_use]
+    pub const fn frames(self) -> [Option<FrameIndex>; 2] {
+        match self {
+            Self::Intra => [None, None],
+            Self::Predicted(frame) => [Some(frame), None],
+            Self::Bidirectional(first, second) => [Some(first), Some(second)],
+        }
+    }
+}
+
+/// Decoded frames handed to a decoder that predicts from them; all are of the level that is decoded.
 pub trait ReferenceFrames: Sync {
     /// All decoded samples of `frame` (x fastest, channels interleaved), or `None` if it is not at hand.
     fn frame(&self, frame: FrameIndex) -> Option<&[f32]>;

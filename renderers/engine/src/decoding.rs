@@ -44,7 +44,7 @@ impl FrameDecoder {
         frame: FrameIndex,
         level: Level,
     ) -> Result<Self, EngineError> {
-        let layout = decoder.layout();
+        let layout = &decoder.layout().at_resolution(level.resolution);
         let choice = device.capabilities().texture(decoder.decoded_form(), layout.extent)?;
         let limits = device.binding_limits();
         let format = choice.form.format;

@@ -44,7 +44,7 @@ impl LayerRing {
         (frame, level): (FrameIndex, Level),
         axis: Axis,
     ) -> Result<Self, EngineError> {
-        let layout = decoder.layout().clone();
+        let layout = decoder.layout().at_resolution(level.resolution);
         let [width, height, layers] = axis.layered(layout.extent.to_array());
         let ring = VolumeLayout { extent: extent([width, height, RING_LAYERS])?, ..layout.clone() };
         let choice = device.capabilities().texture(decoder.decoded_form(), ring.extent)?;
@@ -108,7 +108,7 @@ impl LayerRing {
     pub(crate) fn voxels(&self) -> Voxels<'_> {
         let choice = self.ring.choice();
         let source = Source::Ring { form: choice.form, sampling: choice.sampling, axis: self.axis };
-        Voxels { layout: &self.layout, source, buffers: Vec::new(), texture: Some(&self.ring) }
+        Voxels { layout: self.layout.clone(), source, buffers: Vec::new(), texture: Some(&self.ring) }
     }
 
     /// Bytes that hold the volume while frames are drawn: ring, buffer of one layer, and the codec's buffers.

@@ -6,6 +6,7 @@ use cvr_core::codec::{Decoder, Resource};
 use cvr_core::render::{Filter, Template};
 use cvr_core::shader::{
     BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, ShaderError, Source, generate,
+    snippet_resources,
 };
 use cvr_core::volume::{FrameIndex, Level, VolumeLayout};
 
@@ -42,7 +43,8 @@ pub enum DrawSource<'a> {
 
 /// A source as the generator and the bindings want it.
 pub(crate) struct Voxels<'a> {
-    pub(crate) layout: &'a VolumeLayout,
+    /// Shape of the voxels: that of the level.
+    pub(crate) layout: VolumeLayout,
     pub(crate) source: Source<'a>,
     pub(crate) buffers: Vec<Resource<'a>>,
     pub(crate) texture: Option<&'a VolumeTexture>,
@@ -56,18 +58,20 @@ impl Voxels<'_> {
         filter: Option<Filter>,
         limits: BindingLimits,
     ) -> Result<GeneratedShader, ShaderError> {
-        let (layout, source) = (self.layout, self.source.clone());
+        let (layout, source) = (&self.layout, self.source.clone());
         generate(&Request { templates, entry, bindings, layout, source, filter, limits })
     }
 }
 
 impl DrawSource<'_> {
-    /// Shape of the volume.
+    /// Shape of the voxels that are drawn: that of the volume at the level.
     #[must_use]
-    pub fn layout(&self) -> &VolumeLayout {
+    pub fn layout(&self) -> VolumeLayout {
         match self {
-            Self::Inline { decoder, .. } | Self::Ring { decoder, .. } => decoder.layout(),
-            Self::Texture(texture) => texture.layout(),
+            Self::Inline { decoder, level, .. } | Self::Ring { decoder, level, .. } => {
+                decoder.layout().at_resolution(level.resolution)
+            }
+            Self::Texture(texture) => texture.layout().clone(),
         }
     }
 
@@ -80,7 +84,7 @@ impl DrawSource<'_> {
                         "codec `{codec}` does not decode this stream in a shader"
                     ))
                 })?;
-                let buffers = shader.resources(*frame)?;
+                let buffers = snippet_resources(codec, *decoder, shader, (*frame, *level))?;
                 let resources = buffers.iter().map(ResourceSize::of).collect();
                 let (module, frame, level) = (shader.module(), *frame, *level);
                 let source = Source::Inline { codec, module, resources, frame, level };

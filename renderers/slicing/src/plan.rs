@@ -24,7 +24,7 @@ pub fn slices(
     proxy: Template,
 ) -> Result<(Slabs, RasterPass), RenderError> {
     let SceneModules { mut templates, mut inputs } = SceneModules::new(view, layout)?;
-    let rays = view.camera.rays(layout, view.size);
+    let rays = view.rays(layout);
     let slabs = Slabs::new(slicing.geometry, view, layout, &rays)?;
     inputs.push(Input { kind: BindingKind::Slabs, contents: uniform_bytes(&slabs.uniform())? });
     if view.skippable(layout).is_none() {

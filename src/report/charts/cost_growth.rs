@@ -121,6 +121,7 @@ pub(super) fn cost_growth(
         "codec",
         "settings",
         "stages",
+        "resolution",
         "site",
         "device",
         "voxels",
@@ -167,8 +168,9 @@ pub(super) fn cost_growth(
                 |f| [f.exponent.to_string(), f.error.to_string()],
             );
             let stages = r.stages.map(|s| s.to_string()).unwrap_or_default();
-            let words =
-                [&r.volume, &r.codec, &r.settings, &stages, &r.site, &r.device].map(ToString::to_string);
+            let resolution = r.resolution.to_string();
+            let words = [&r.volume, &r.codec, &r.settings, &stages, &resolution, &r.site, &r.device]
+                .map(ToString::to_string);
             let numbers = [voxels.to_string(), value.to_string()];
             let count = std::iter::once(measured.len().to_string());
             sheet.row(words.into_iter().chain(numbers).chain(fitted).chain(count));

@@ -13,7 +13,9 @@ pub(super) fn encode_time(
     volume: &str,
     device: &str,
 ) -> Option<Chart> {
-    let measured = |r: &&Record| r.psnr_db.is_some() && r.encode_seconds.is_some() && r.stages.is_none();
+    let measured = |r: &&Record| {
+        r.psnr_db.is_some() && r.encode_seconds.is_some() && r.stages.is_none() && r.resolution == 0
+    };
     let own = |r: &&Record| r.volume == volume && r.device == device && compressed(r);
     let cells = one_per_coding(&records.iter().filter(own).filter(measured).collect::<Vec<_>>());
     let x = Axis {

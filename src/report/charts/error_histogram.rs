@@ -180,6 +180,7 @@ fn draw(
         "codec",
         "settings",
         "stages",
+        "resolution",
         "bits_per_voxel",
         "from",
         "below",
@@ -221,8 +222,9 @@ fn draw(
             }
             let stages = record.stages.map(|s| s.to_string()).unwrap_or_default();
             let rate = record.bits_per_voxel.map(|b| b.to_string()).unwrap_or_default();
-            let words =
-                [&volume.name, series, &record.codec, &record.settings, &stages, &rate].map(Clone::clone);
+            let resolution = record.resolution.to_string();
+            let words = [&volume.name, series, &record.codec, &record.settings, &stages, &resolution, &rate]
+                .map(Clone::clone);
             let ends = [*bin, bin + 1].map(|k| (k as f64 * scale.0).to_string());
             sheet.row(words.into_iter().chain(ends).chain([
                 x.to_string(),

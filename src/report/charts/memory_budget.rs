@@ -163,6 +163,7 @@ fn sheet(best: &[(&Record, f64, f64)], palette: &Palette, view: &View, device: &
         "filter",
         "skipping",
         "stages",
+        "resolution",
         "memory_bytes",
         "image_psnr_db",
         "relative_frame_time",
@@ -187,7 +188,9 @@ fn sheet(best: &[(&Record, f64, f64)], palette: &Palette, view: &View, device: &
                 &r.filter,
             ];
             let words = words.map(str::to_owned);
-            let more = [r.skipping.to_string(), stages, memory.to_string(), psnr.to_string()];
+            let level = [stages, r.resolution.to_string()];
+            let more = [r.skipping.to_string()].into_iter().chain(level);
+            let more = more.chain([memory.to_string(), psnr.to_string()]);
             let times = [number(r.relative_frame_time), number(r.frame_ms)];
             let row = [budget.to_string()].into_iter().chain(words).chain(more).chain(times);
             sheet.row(row.chain([palette.labels.series(r)]));

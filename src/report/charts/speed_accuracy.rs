@@ -102,6 +102,7 @@ pub(super) fn decode_rate(
             "codec",
             "settings",
             "stages",
+            "resolution",
             "device",
             "decoded_by",
             "psnr_db",
@@ -125,7 +126,8 @@ pub(super) fn decode_rate(
             let Some(r) = point.cell.and_then(|cell| records.get(cell)) else { continue };
             let stages = r.stages.map(|s| s.to_string()).unwrap_or_default();
             let values = [point.x.to_string(), (1e6 * point.y).to_string(), point.unbeaten.to_string()];
-            let names = [volume, &r.codec, &r.settings, &stages, device, by].map(str::to_owned);
+            let resolution = r.resolution.to_string();
+            let names = [volume, &r.codec, &r.settings, &stages, &resolution, device, by].map(str::to_owned);
             drawing.row(names.into_iter().chain(values).chain([palette.labels.series(r)]));
         }
         drawing.chart.points.extend(points);

@@ -164,7 +164,7 @@ impl Dump {
         (frame, level): (FrameIndex, Level),
         flips: bool,
     ) -> Result<Vec<f32>, String> {
-        let mut values = Decoded::stages(decoder, level.stages)?.values(frame).to_vec();
+        let mut values = Decoded::at(decoder, level)?.values(frame).to_vec();
         if let Some(last) = values.last_mut().filter(|_| flips) {
             *last = f32::from_bits(last.to_bits() ^ 1);
         }

@@ -6,7 +6,7 @@ mod scene;
 mod settings;
 mod volume;
 
-pub(super) use pipeline::{ALL_STAGES, MOST_STAGES};
+pub(super) use pipeline::{ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
 pub(super) use scene::SCENE_KEYS;
 pub(super) use volume::VOLUME_KEYS;
 
@@ -16,7 +16,7 @@ use std::fmt;
 use super::document::{Document, Node, Value};
 use super::read::{Fields, unknown};
 use super::{Experiment, FilePath, Scene, TooManyCells, Volume};
-use crate::codec::Registry;
+use crate::codec::{FrameStore, Registry};
 use crate::diagnostic::Diagnostic;
 use crate::render::RendererInfo;
 
@@ -64,6 +64,15 @@ const SCENE_EXAMPLE: &str =
 const FEWER_CELLS: &str = "shorten a list, or write a larger number as `max_cells` of `[experiment]`; in place of it, \
                            `--set experiment.max_cells=N`";
 
+/// Megabytes of decoded frames.
+fn megabytes(node: &Node) -> Result<u32, Diagnostic> {
+    const EXPECTED: &str = "an integer from 1 to 4294967295, in MB";
+    let number = node.integer(1, i64::from(u32::MAX), EXPECTED)?;
+    u32::try_from(number).map_err(|_| node.not_allowed(EXPECTED))
+}
+
+const EXPERIMENT_KEYS: [&str; 4] = ["name", "seed", "max_cells", "decoded_frames_mb"];
+
 const SECTIONS: &[&str] = &["experiment", "volume", "codec", "pipeline", "scene"];
 
 impl Document {
@@ -81,17 +90,19 @@ impl Document {
         }
         let experiment = problems.keep(
             section(&root, "experiment", "name = \"compare\"")
-                .and_then(|node| Fields::of("the experiment", node, &["name", "seed", "max_cells"]))
+                .and_then(|node| Fields::of("the experiment", node, &EXPERIMENT_KEYS))
                 .and_then(|fields| {
                     let name = name_of(&fields, "name = \"compare\"")?;
                     let seed = fields.optional("seed", |n| n.integer(0, i64::MAX, "an integer from 0"))?;
                     let max_cells =
                         fields.optional("max_cells", |n| n.integer(1, i64::MAX, "an integer from 1"))?;
                     let max_cells = max_cells.map_or(Experiment::MAX_CELLS, i64::unsigned_abs);
-                    Ok((name, seed.unwrap_or(0).unsigned_abs(), max_cells))
+                    let decoded_frames_mb = fields.optional("decoded_frames_mb", megabytes)?;
+                    let decoded_frames_mb = decoded_frames_mb.unwrap_or(FrameStore::DEFAULT_MB);
+                    Ok((name, seed.unwrap_or(0).unsigned_abs(), max_cells, decoded_frames_mb))
                 }),
         );
-        let max_cells = experiment.as_ref().map_or(Experiment::MAX_CELLS, |(.., max_cells)| *max_cells);
+        let max_cells = experiment.as_ref().map_or(Experiment::MAX_CELLS, |(_, _, max_cells, _)| *max_cells);
         let mut notes = Vec::new();
         let volumes = problems.tables(&root, "volume", VOLUME_EXAMPLE, |node| volume::read(node, known));
         let codecs =
@@ -110,10 +121,19 @@ impl Document {
         }
         let codecs = values(codecs);
         match (experiment, pipeline) {
-            (Some((name, seed, max_cells)), Some(pipeline)) if problems.0.is_empty() => {
+            (Some((name, seed, max_cells, decoded_frames_mb)), Some(pipeline)) if problems.0.is_empty() => {
                 let (volumes, scenes) = (values(volumes), values(scenes));
-                let experiment =
-                    Experiment { name, seed, max_cells, volumes, codecs, pipeline, scenes, notes };
+                let experiment = Experiment {
+                    name,
+                    seed,
+                    max_cells,
+                    decoded_frames_mb,
+                    volumes,
+                    codecs,
+                    pipeline,
+                    scenes,
+                    notes,
+                };
                 experiment.check_size().map_err(|e| InvalidExperiment(vec![too_many(&root, &e)]))?;
                 Ok(experiment)
             }
@@ -134,7 +154,8 @@ fn too_many(root: &Fields<'_>, problem: &TooManyCells) -> Diagnostic {
         (None, None) => root.error(message, "in this file"),
     };
     error
-        .with_note("they are volumes × settings of codecs × scenes × renderers × sites × filters × skipping × stages")
+        .with_note("they are volumes × settings of codecs × scenes × renderers × sites × filters × skipping × stages × \
+             resolutions")
         .with_note(FEWER_CELLS)
 }
 

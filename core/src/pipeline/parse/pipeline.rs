@@ -11,13 +11,16 @@ use crate::diagnostic::Diagnostic;
 use crate::render::{Filter, RendererInfo};
 
 /// Keys whatever the renderer.
-const KEYS: [&str; 5] = ["renderer", "site", "filter", "skipping", "stages"];
+const KEYS: [&str; 6] = ["renderer", "site", "filter", "skipping", "stages", "resolution"];
 
 /// Word for all stages of a stream.
 pub(in super::super) const ALL_STAGES: &str = "all";
 /// Most stages that can be asked for.
 pub(in super::super) const MOST_STAGES: i64 = 254;
 const STAGES: &str = "an integer from 1 to 254, or \"all\"";
+/// Highest resolution that can be asked for: beyond it no axis is longer than one voxel.
+pub(in super::super) const MOST_RESOLUTION: i64 = 32;
+const RESOLUTION: &str = "an integer from 0 to 32";
 
 /// `max_cells` bounds what settings of a renderer are multiplied out to.
 pub(super) fn read(
@@ -47,6 +50,7 @@ pub(super) fn read(
     let filters = Filter::ALL.map(|filter| (filter.name(), filter));
     let skipping = fields.optional("skipping", |n| n.one_or_many("value of skipping", Node::boolean))?;
     let stages = fields.optional("stages", |n| n.one_or_many("number of stages", stages))?;
+    let resolutions = fields.optional("resolution", |n| n.one_or_many("resolution", resolution))?;
     Ok(PipelineAxes {
         renderers,
         sites: fields
@@ -57,6 +61,7 @@ pub(super) fn read(
             .one_or_many("filter", |n| n.one_of("filter", &filters))?,
         skipping: skipping.unwrap_or_else(|| vec![false]),
         stages: stages.unwrap_or_else(|| vec![None]),
+        resolutions: resolutions.unwrap_or_else(|| vec![0]),
     })
 }
 
@@ -67,6 +72,12 @@ fn stages(node: &Node) -> Result<Option<u8>, Diagnostic> {
         Value::Text(_) => Err(node.not_allowed(STAGES)),
         _ => Ok(u8::try_from(node.integer(1, MOST_STAGES, STAGES)?).ok()),
     }
+}
+
+/// Which resolution is decoded; 0 is the full one.
+fn resolution(node: &Node) -> Result<u8, Diagnostic> {
+    let number = node.integer(0, MOST_RESOLUTION, RESOLUTION)?;
+    u8::try_from(number).map_err(|_| node.not_allowed(RESOLUTION))
 }
 
 /// The renderers of the key `renderer`.

@@ -1,10 +1,10 @@
 //! The configuration as a whole, `[experiment]` and `[pipeline]`.
 
 use super::super::Experiment;
-use super::super::parse::{ALL_STAGES, MOST_STAGES};
+use super::super::parse::{ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
 use super::shape::{Key, Relation, Shape, Table};
 use super::{Known, codecs, scene, volume, words};
-use crate::codec::{Setting, Site};
+use crate::codec::{FrameStore, Setting, Site};
 use crate::render::Filter;
 
 /// All that a configuration holds.
@@ -27,7 +27,7 @@ pub(super) fn configuration(known: &Known<'_>) -> Table {
     ];
     Table::new(
         "An experiment of cvr: the product volumes × codecs × settings × scenes × renderers × sites × filters × skipping × \
-         stages. Each combination that is possible is a cell, and each cell yields one record.",
+         stages × resolutions. Each combination that is possible is a cell, and each cell yields one record.",
         keys,
     )
 }
@@ -43,6 +43,13 @@ fn experiment() -> Table {
             Experiment::MAX_CELLS.to_string(),
             "Limit of cells, refused combinations included; a larger experiment is refused before its cells are made",
         ),
+        Key::with_default(
+            "decoded_frames_mb",
+            Shape::Integer { min: 1, max: i64::from(u32::MAX) },
+            FrameStore::DEFAULT_MB.to_string(),
+            "Decoded frames that are kept of each stream whose frames are predicted from others; more are decoded anew",
+        )
+        .unit("MB"),
     ];
     Table::new("Name and seed of the experiment.", keys)
 }
@@ -84,6 +91,13 @@ fn pipeline(known: &Known<'_>) -> Table {
             ]))),
             format!("\"{ALL_STAGES}\""),
             "How many stages of a stream are decoded, of codecs that refine in stages",
+        ),
+        Key::with_default(
+            "resolution",
+            Shape::Axis(Box::new(Shape::Integer { min: 0, max: MOST_RESOLUTION })),
+            "0",
+            "Which resolution of a stream is decoded, of codecs that have several; 0 is the full one, and each step halves \
+             every axis",
         ),
     ];
     let own = keys.len();

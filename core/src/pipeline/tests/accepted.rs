@@ -65,6 +65,8 @@ fn settings_belong_to_the_renderers_that_have_them() {
     assert_eq!(pipeline(&[]).stages, [None], "all, unless fewer are asked for");
     assert_eq!(pipeline(&["pipeline.stages=2"]).stages, [Some(2)]);
     assert_eq!(pipeline(&["pipeline.stages=[\"all\", 1, 254]"]).stages, [None, Some(1), Some(254)]);
+    assert_eq!(pipeline(&[]).resolutions, [0], "the full one, unless another is asked for");
+    assert_eq!(pipeline(&["pipeline.resolution=[2, 0, 32]"]).resolutions, [2, 0, 32]);
 }
 
 #[test]

@@ -5,8 +5,8 @@ mod configs;
 mod optics;
 mod overriding;
 mod refused_inputs;
+mod refused_levels;
 mod refused_pictures;
-mod refused_stages;
 mod refused_structure;
 mod resolving;
 mod sizes;
@@ -35,6 +35,10 @@ impl Codec for FakeCodec {
 
     fn stages(&self, settings: &Settings) -> u8 {
         if settings.integer("index_bits") == Ok(4) { 3 } else { 1 }
+    }
+
+    fn resolutions(&self, settings: &Settings) -> u8 {
+        if settings.integer("index_bits") == Ok(4) { 2 } else { 1 }
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {

@@ -123,7 +123,7 @@ fn settings_of_renderers() {
        │ ^^^^^^^^ unknown key
        │
        = did you mean `geometry`?
-       = known keys: renderer, site, filter, skipping, stages, geometry, layers
+       = known keys: renderer, site, filter, skipping, stages, resolution, geometry, layers
 
     error: the pipeline has no key `geometry`
        ┌─ x.toml:18:1
@@ -131,7 +131,7 @@ fn settings_of_renderers() {
     18 │ geometry = "axis"
        │ ^^^^^^^^ unknown key
        │
-       = known keys: renderer, site, filter, skipping, stages
+       = known keys: renderer, site, filter, skipping, stages, resolution
        = renderer `slicing` has it, and is not named in `renderer`
 
     error: no renderer is called `slicin`

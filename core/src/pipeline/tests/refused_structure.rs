@@ -56,7 +56,7 @@ fn unknown_keys() {
       │ ^^^ unknown key
       │
       = did you mean `seed`?
-      = known keys: name, seed, max_cells
+      = known keys: name, seed, max_cells, decoded_frames_mb
 
     error: the scene has no key `stepvoxels`
        ┌─ x.toml:26:1
@@ -83,7 +83,7 @@ fn unknown_keys() {
        │ ^^^^^^^ unknown key
        │
        = did you mean `filter`?
-       = known keys: renderer, site, filter, skipping, stages
+       = known keys: renderer, site, filter, skipping, stages, resolution
 
     error: the volume has no key `path`
       ┌─ x.toml:7:1

@@ -187,6 +187,28 @@ fn stages_are_an_axis_of_codecs_that_have_them() {
 }
 
 #[test]
+fn resolutions_are_an_axis_of_codecs_that_have_several() {
+    let set = ["pipeline.resolution=[0, 1, 2]", "pipeline.site=host", "pipeline.filter=linear"];
+    let resolution =
+        resolved(EXAMPLE, &[&set[..], &["codec.s3dc.block=4"]].concat(), &Capabilities::default());
+    insta::assert_snapshot!(ids(&resolution), @r#"
+    bonsai-raw-bits=native-front-raycasting-host-linear
+    bonsai-s3dc-block=4,index_bits=2-front-raycasting-host-linear
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-linear
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-linear-resolution=1
+    "#);
+    insta::assert_snapshot!(reasons(&resolution), @r#"
+    bonsai-raw-bits=native-front-raycasting-host-linear-resolution=1: resolution 1: codec raw has the full resolution alone; use resolution 0
+    bonsai-raw-bits=native-front-raycasting-host-linear-resolution=2: resolution 2: codec raw has the full resolution alone; use resolution 0
+    bonsai-s3dc-block=4,index_bits=2-front-raycasting-host-linear-resolution=1: resolution 1: codec s3dc has the full resolution alone; use resolution 0
+    bonsai-s3dc-block=4,index_bits=2-front-raycasting-host-linear-resolution=2: resolution 2: codec s3dc has the full resolution alone; use resolution 0
+    bonsai-s3dc-block=4,index_bits=4-front-raycasting-host-linear-resolution=2: resolution 2: codec s3dc has resolutions 0 to 1 with these settings
+    "#);
+    let levels: Vec<u8> = resolution.cells.iter().map(|c| c.level().resolution).collect();
+    assert_eq!(levels, [0, 0, 0, 1]);
+}
+
+#[test]
 fn one_codec_in_two_tables() {
     let text = edited("id = \"raw\"", "id = \"raw\"\n[[codec]]\nid = \"raw\"\nbits = [8, \"native\"]");
     let set = ["pipeline.site=host", "pipeline.filter=linear", "codec.s3dc.block=4"];

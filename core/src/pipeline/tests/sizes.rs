@@ -45,7 +45,7 @@ fn more_cells_than_are_allowed_are_refused_with_the_way_out() {
     1 │ experiment.max_cells=803
       │                      ^^^ as this says
       │
-      = they are volumes × settings of codecs × scenes × renderers × sites × filters × skipping × stages
+      = they are volumes × settings of codecs × scenes × renderers × sites × filters × skipping × stages × resolutions
       = shorten a list, or write a larger number as `max_cells` of `[experiment]`; in place of it, `--set experiment.max_cells=N`
     ");
     // Without a limit of its own, the section is shown.

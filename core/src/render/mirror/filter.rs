@@ -39,7 +39,7 @@ impl Mirror<'_> {
 }
 
 /// Interpolates along x, then y, then z.
-fn trilinear<V>(c: [V; 8], t: Vec3) -> V
+pub(in crate::render) fn trilinear<V>(c: [V; 8], t: Vec3) -> V
 where
     V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f32, Output = V>,
 {

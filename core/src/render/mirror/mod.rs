@@ -9,6 +9,7 @@ mod skipping;
 use glam::Vec3;
 use rayon::prelude::*;
 
+pub(super) use filter::trilinear;
 pub use rays::{Crossing, Ray};
 
 use super::uniforms::{ColourUniform, LightingUniform};
@@ -36,7 +37,7 @@ impl<'a> Mirror<'a> {
     #[must_use]
     pub fn new(view: &'a View, voxels: &'a dyn Voxels) -> Self {
         let layout = voxels.layout();
-        let rays = view.camera.rays(layout, view.size);
+        let rays = view.rays(layout);
         let lighting = view.shading.as_ref().map(|shading| LightingUniform::new(view, shading, &rays));
         let colour = (layout.channels != 1).then(|| ColourUniform::new(view, layout.sample));
         Self { view, voxels, rays, bounds: view.bounds(layout.extent), lighting, colour }

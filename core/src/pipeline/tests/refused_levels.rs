@@ -1,4 +1,4 @@
-//! Numbers of stages that are none.
+//! Numbers of stages, and resolutions, that are none.
 
 use super::*;
 
@@ -49,5 +49,35 @@ fn numbers_of_stages() {
        │          ^^ empty list
        │
        = name at least one number of stages
+    "#);
+}
+
+#[test]
+fn resolutions() {
+    const LINE: &str = "renderer = [\"raycasting\"]";
+    let lines = ["-1", "33", "[0, 0]"].map(|v| format!("{LINE}\nresolution = {v}"));
+    let text = errors(&lines.each_ref().map(|line| (LINE, line.as_str())));
+    insta::assert_snapshot!(text, @r#"
+    error: expected an integer from 0 to 32, found `-1`
+       ┌─ x.toml:18:14
+       │
+    18 │ resolution = -1
+       │              ^^ expected an integer from 0 to 32
+
+    error: expected an integer from 0 to 32, found `33`
+       ┌─ x.toml:18:14
+       │
+    18 │ resolution = 33
+       │              ^^ expected an integer from 0 to 32
+
+    error: resolution `0` is listed twice
+       ┌─ x.toml:18:18
+       │
+    18 │ resolution = [0, 0]
+       │               -  ^ again
+       │               │
+       │               first
+       │
+       = each would be drawn once: remove one of the two
     "#);
 }
