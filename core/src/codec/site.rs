@@ -123,6 +123,6 @@ mod tests {
                 assert_ne!(pair(*other), pair(site), "{other} and {site}");
             }
         }
-        assert_eq!("nowhere".parse::<Site>().unwrap_err(), "`nowhere`: inline or deferred or ring or host");
+        assert!("nowhere".parse::<Site>().unwrap_err().starts_with("`nowhere`: inline or "));
     }
 }
