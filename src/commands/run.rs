@@ -25,11 +25,11 @@ use crate::experiment::record::{Record, Status};
 use crate::experiment::runner::{Outcome, Run};
 use crate::experiment::scenes::{check_frames, read_tables};
 use crate::experiment::shard::Shard;
-use crate::experiment::target::Target;
 use crate::experiment::volumes::{LoadedVolume, load};
 use crate::progress::CellBar;
 use crate::registry::Names;
 use crate::report;
+use crate::site::target::Target;
 
 const NOTES: &str = "\
 Examples:

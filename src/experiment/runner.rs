@@ -11,10 +11,10 @@ use super::key::Keys;
 use super::ledger::Ledger;
 use super::provenance::{Provenance, RefusedCell};
 use super::record::{Record, Status};
-use super::target::Target;
 use super::volume_run::VolumeRun;
 use super::volumes::LoadedVolume;
 use crate::registry::Names;
+use crate::site::target::Target;
 
 /// Everything that a run needs.
 pub struct Run<'a> {

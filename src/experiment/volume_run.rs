@@ -17,9 +17,9 @@ use super::runner::{Numbered, Run, RunError};
 use super::shard::same_group;
 use super::shared::Shared;
 use super::stage::{RAW, RawVolume, Stage};
-use super::target::Target;
 use super::volumes::LoadedVolume;
 use crate::registry::renderer;
+use crate::site::target::Target;
 
 type Stages<'a> = BTreeMap<(&'a str, &'a str), Result<Stage<'a>, String>>;
 

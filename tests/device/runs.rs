@@ -10,9 +10,9 @@ use cvr::experiment::provenance::Provenance;
 use cvr::experiment::record::{Record, Status};
 use cvr::experiment::results::Results;
 use cvr::experiment::runner::{Outcome, Run};
-use cvr::experiment::target::Target;
 use cvr::experiment::volumes::load;
 use cvr::registry::Names;
+use cvr::site::target::Target;
 use cvr_core::pipeline::{Capabilities, Document, resolve};
 use cvr_engine::testing::test_device;
 
