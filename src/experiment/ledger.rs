@@ -6,7 +6,7 @@ use cvr_core::pipeline::{Cell, FrameRange};
 use super::cell_file::{CellFile, Flawed};
 use super::files::{IMAGES, of_frame};
 use super::folder::OutFolder;
-use super::runner::{Outcome, RunError};
+use super::outcome::{Outcome, RunError};
 use super::provenance::{Provenance, ReferencePicture, RefusedCell};
 use super::record::{Record, Status};
 use super::results::{ResultsError, write_csv, write_json};
