@@ -13,4 +13,5 @@ pub mod input;
 pub mod progress;
 pub mod registry;
 pub mod report;
+pub mod site;
 pub mod stability;

@@ -22,8 +22,8 @@ mod host {
     mod hostile;
     mod input_cases;
     mod kills;
-    mod links;
     mod levels;
+    mod links;
     mod manifest;
     mod metrics;
     mod one_cell;

@@ -17,9 +17,10 @@ use crate::estimate::{Allowance, Cost, TRIAL_EDGE, Trials, memory, time, volume_
 use crate::exit::BadInput;
 use crate::experiment::scenes::{check_frames, read_tables};
 use crate::experiment::shard::same_group;
-use crate::experiment::target::Target;
 use crate::progress::TrialBar;
 use crate::registry::Names;
+use crate::site;
+use crate::site::target::Target;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -227,7 +228,9 @@ fn print_estimates(
         }
         Err(problem) => say!("  time    no estimate: {problem}"),
     }
-    print_host_textures(resolution, &mut trials, &target, layouts);
+    for site in Site::ALL {
+        print_holders(site, resolution, &mut trials, &target, layouts);
+    }
     say!("\n{}\n\n{}", folded("Memory.", memory::COUNTED), folded("Time.", time::COUNTED));
     Ok(())
 }
@@ -275,25 +278,27 @@ fn print_shares(time: &time::Time, costs: &[Cost]) {
     }
 }
 
-/// What holds volumes at the site *host*: one line for each kind of texture, and below it which codecs, and of which
-/// volumes, have it.
-fn print_host_textures(
+/// What holds volumes at a site, where that depends on codec and target: one line for each kind of texture, and below it
+/// which codecs, and of which volumes, have it.
+fn print_holders(
+    site: Site,
     resolution: &Resolution,
     trials: &mut Trials<'_>,
     target: &Target,
     layouts: &BTreeMap<String, VolumeLayout>,
 ) {
+    let Some(holder) = site::of(site).holder() else { return };
     let mut found: Vec<(String, &Cell)> = Vec::new();
-    for cell in resolution.cells.chunk_by(same_group).filter_map(|g| g.iter().find(|c| c.site == Site::Host))
-    {
+    for cell in resolution.cells.chunk_by(same_group).filter_map(|g| g.iter().find(|c| c.site == site)) {
         let Some(layout) = layouts.get(&cell.volume) else { continue };
-        let texture = trials.of(&cell.codec, &cell.settings, layout).and_then(|t| t.host_texture(target));
-        found.push((texture.map_or_else(|problem| problem, |texture| texture.to_string()), cell));
+        let trial = trials.of(&cell.codec, &cell.settings, layout);
+        let holder = trial.and_then(|trial| holder(trial.coded(&cell.codec), target));
+        found.push((holder.unwrap_or_else(|problem| problem), cell));
     }
     if found.is_empty() {
         return;
     }
-    say!("\nsite host, on {}", target.name());
+    say!("\nsite {site}, on {}", target.name());
     // Settings tell cells of one codec and volume apart where they have different textures.
     let several = |of: &Cell| {
         let same = |c: &Cell| c.volume == of.volume && c.codec_label() == of.codec_label();

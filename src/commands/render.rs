@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::str::FromStr as _;
 use std::sync::Arc;
 
 use cvr_core::codec::{Block, Codec, Decoder, Site, encode_temporary};
@@ -16,12 +17,12 @@ use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::{BadInput, SOME_FAILED};
 use crate::experiment::blank;
-use crate::experiment::checked::Expected;
 use crate::experiment::record::Record;
 use crate::experiment::single::{Single, SingleError};
 use crate::experiment::stage::{RAW, check_range};
-use crate::experiment::target::Target;
 use crate::registry::{Names, renderer};
+use crate::site::expected::Expected;
+use crate::site::target::Target;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -45,8 +46,7 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     scene: SceneArgs,
-    /// Where voxels are decoded: inline, deferred, ring or host.
-    #[arg(long, default_value = "inline", value_parser = site)]
+    #[arg(long, default_value = "inline", value_parser = Site::from_str, help = site_help())]
     site: Site,
     /// The renderer and its settings that differ from the defaults, as slicing,geometry=axis; see `cvr renderers`.
     #[arg(long, default_value = "raycasting")]
@@ -189,8 +189,8 @@ fn open(args: &Args, names: &Names) -> Result<Source, BadInput> {
     Ok(Source { codec, decoder, level, block, replaced, notes })
 }
 
-/// A site by its name.
-pub(super) fn site(text: &str) -> Result<Site, String> {
-    let known = Site::ALL.map(Site::name).join(" or ");
-    Site::ALL.into_iter().find(|s| s.name() == text).ok_or_else(|| format!("`{text}`: {known}"))
+/// What `--site` says of itself.
+pub(super) fn site_help() -> String {
+    let [first @ .., last] = Site::ALL.map(Site::name);
+    format!("Where voxels are decoded: {} or {last}", first.join(", "))
 }

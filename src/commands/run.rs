@@ -20,16 +20,17 @@ use crate::experiment::checked::not_run;
 use crate::experiment::folder::{Claim, Existing, OutFolder};
 use crate::experiment::interrupt;
 use crate::experiment::machine;
+use crate::experiment::outcome::Outcome;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::{Record, Status};
-use crate::experiment::runner::{Outcome, Run};
+use crate::experiment::run::Run;
 use crate::experiment::scenes::{check_frames, read_tables};
 use crate::experiment::shard::Shard;
-use crate::experiment::target::Target;
 use crate::experiment::volumes::{LoadedVolume, load};
 use crate::progress::CellBar;
 use crate::registry::Names;
 use crate::report;
+use crate::site::target::Target;
 
 const NOTES: &str = "\
 Examples:

@@ -2,15 +2,13 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::str::FromStr as _;
 use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, FrameStore, Site, encode_temporary};
 use cvr_core::pipeline::{undrawable, unsupported};
-use cvr_core::render::{LayerPass, Pass, Plan};
-use cvr_core::shader::{
-    BindingLimits, DeferredShaders, Request, ResourceSize, Source, TextureSampling, generate,
-    snippet_resources,
-};
+use cvr_core::render::Plan;
+use cvr_core::shader::{BindingLimits, Request, generate};
 use cvr_core::volume::{FrameIndex, Level, ValueRange};
 
 use super::memory_args::MemoryArgs;
@@ -19,11 +17,12 @@ use super::scene_args::SceneArgs;
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, is_container};
 use crate::exit::BadInput;
-use crate::experiment::host_texture::HostTexture;
-use crate::experiment::target::Target;
 use crate::experiment::volumes::LoadedVolume;
 use crate::input::{Generator, generate as generate_volume};
 use crate::registry::{Names, renderer};
+use crate::site;
+use crate::site::coded::CodedFrame;
+use crate::site::target::Target;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -43,8 +42,7 @@ pub struct Args {
     /// A setting of the codec.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     set: Vec<String>,
-    /// Where voxels are decoded: inline, deferred, ring or host.
-    #[arg(long, default_value = "inline", value_parser = super::render::site)]
+    #[arg(long, default_value = "inline", value_parser = Site::from_str, help = super::render::site_help())]
     site: Site,
     /// The renderer and its settings that differ from the defaults, as slicing,geometry=axis; see `cvr renderers`.
     #[arg(long, default_value = "raycasting")]
@@ -59,9 +57,9 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Prints the generated shaders, at the sites *deferred* and *ring* the passes that decode and then the one that draws. At the
-/// site *host* it is the shader for the texture that this machine's device has, which the first line names; no device is
-/// needed.
+/// Prints the generated shaders: the passes that decode, if the site has such, and then the one that draws. Where the
+/// texture that holds a volume depends on the device, it is the shader for the one that this machine's device has, which the
+/// first line names; no device is needed.
 ///
 /// # Errors
 /// When arguments or file are unusable, or the shader cannot be made.
@@ -78,20 +76,16 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
     let (codec, decoder, level) = open(args, names)?;
     let info = names.codecs().get(&codec)?.info();
-    if let Some(reason) = unsupported(names.codecs(), info, args.site, args.scene.filter) {
+    let refused = unsupported(names.codecs(), info, args.site, args.scene.filter)
+        .or_else(|| undrawable(&args.renderer, args.site, names.known().renderers));
+    if let Some(reason) = refused {
         return Err(BadInput(reason.to_string()));
     }
     let range = ValueRange { min: 0.0, max: 1.0 };
     let view = args.scene.scene()?.view(range, args.scene.filter)?;
     let view = view.at_resolution(decoder.layout(), level.resolution);
     let layout = decoder.layout().at_resolution(level.resolution);
-    let plan = match args.site {
-        Site::Ring => match undrawable(&args.renderer, args.site, names.known().renderers) {
-            Some(reason) => return Err(BadInput(reason.to_string())),
-            None => renderer.plan_layers(&view, &layout)?,
-        },
-        _ => renderer.plan(&view, &layout)?,
-    };
+    let plan = site::of(args.site).plan(renderer.as_ref(), &view, &layout)?;
     say!("{}", text(args, (&codec, decoder.as_ref(), level), &plan)?.trim_end());
     Ok(ExitCode::SUCCESS)
 }
@@ -124,39 +118,18 @@ fn text(
     (codec, decoder, level): (&str, &dyn Decoder, Level),
     plan: &Plan,
 ) -> Result<String, BadInput> {
-    let form = decoder.decoded_form();
-    let decoded = Source::Texture { form, sampling: TextureSampling::Hardware, padded: None };
-    let limits = BindingLimits::default();
-    let (mut head, mut texts) = (String::new(), Vec::new());
-    let key = (FrameIndex::FIRST, level);
-    let source = match (args.site, decoder.shader()) {
-        (Site::Host, _) => {
+    let coded = CodedFrame { codec, decoder, key: (FrameIndex::FIRST, level) };
+    let holding = site::of(args.site);
+    let (head, target) = match holding.holder() {
+        None => (String::new(), Target::Cpu { reason: None }),
+        Some(holder) => {
             let target = Target::open("auto")?;
-            let texture = HostTexture::of(&target, decoder, key)?;
-            head = format!("// Site host, on {}: {texture}.\n", target.name());
-            texture.source(decoder, key)
-        }
-        (Site::Deferred, _) => {
-            let shaders = DeferredShaders::generate(codec, decoder, key, form.format, limits)?;
-            texts.extend(shaders.texts().map(str::to_owned));
-            decoded
-        }
-        (Site::Ring, _) => {
-            let [Pass::Layers(LayerPass { axis, .. })] = plan.passes[..] else {
-                return Err(BadInput("the plan does not draw layer by layer".to_owned()));
-            };
-            let key_form = (form.format, axis);
-            let shaders = DeferredShaders::generate_layers(codec, decoder, key, key_form, limits)?;
-            texts.extend(shaders.texts().map(str::to_owned));
-            Source::Ring { form, sampling: TextureSampling::Hardware, axis }
-        }
-        (_, None) => return Err(BadInput(format!("codec `{codec}` does not decode in a shader"))),
-        (_, Some(shader)) => {
-            let resources =
-                snippet_resources(codec, decoder, shader, key)?.iter().map(ResourceSize::of).collect();
-            Source::Inline { codec, module: shader.module(), resources, frame: key.0, level: key.1 }
+            let holder = holder(coded, &target).map_err(BadInput)?;
+            (format!("// Site {}, on {}: {holder}.\n", args.site, target.name()), target)
         }
     };
+    let mut texts = holding.passes(coded, plan).map_err(BadInput)?;
+    let source = holding.source(coded, plan, &target).map_err(BadInput)?;
     for pass in &plan.passes {
         let shader = generate(&Request {
             templates: pass.templates(),
@@ -165,7 +138,7 @@ fn text(
             layout: &decoder.layout().at_resolution(level.resolution),
             source: source.clone(),
             filter: Some(args.scene.filter),
-            limits,
+            limits: BindingLimits::default(),
         })?;
         texts.push(shader.wgsl);
     }

@@ -1,13 +1,14 @@
 //! Memory that a run holds at its height.
 
 use cvr_core::codec::{Settings, Site};
-use cvr_core::pipeline::{Cell, Resolution};
+use cvr_core::pipeline::Resolution;
 use cvr_core::volume::VolumeLayout;
 
 use super::Trials;
-use crate::experiment::stage::RAW;
-use crate::experiment::target::Target;
+use crate::experiment::stage::{BASELINE, RAW, REFERENCE};
 use crate::registry::Names;
+use crate::site;
+use crate::site::target::Target;
 
 /// What is counted, as a sentence for whoever reads the figures.
 pub const COUNTED: &str = "Counted in main memory: every original at once, and, of one volume and one codec at a time, \
@@ -27,19 +28,18 @@ pub struct Memory {
     pub at_least: bool,
 }
 
-/// What a codec with its settings holds for a volume: stream and frame, and at each site.
+/// What a codec with its settings holds for a volume.
 struct Held {
+    /// Stream and decoded frame, in main memory.
     main: f64,
-    /// At the site *host*.
-    host: f64,
-    texture: f64,
-    buffers: f64,
+    /// On the device, at each of the sites that were asked for.
+    device: Vec<f64>,
 }
 
 impl Held {
     /// Where no trial tells: the decoded frame is certain.
     fn unknown(layout: &VolumeLayout) -> Self {
-        Self { main: frame_bytes(layout), host: 0.0, texture: 0.0, buffers: 0.0 }
+        Self { main: frame_bytes(layout), device: Vec::new() }
     }
 }
 
@@ -69,26 +69,18 @@ pub fn estimate<'l>(
         if !originals.iter().any(|(name, _)| *name == first.volume) {
             originals.push((&first.volume, layout.bytes()));
         }
-        let mut of = |codec: &str, settings: &Settings| {
-            held(trials, target, codec, settings, layout).unwrap_or_else(|_| {
+        let mut of = |codec: &str, settings: &Settings, sites: &[Site]| {
+            held(trials, target, (codec, settings, sites), layout).unwrap_or_else(|_| {
                 at_least = true;
                 Held::unknown(layout)
             })
         };
-        let (raw, own) = (of(RAW, &raw_settings), of(&first.codec, &first.settings));
+        let sites: Vec<Site> = group.iter().map(|cell| cell.site).collect();
+        let raw = of(RAW, &raw_settings, &[BASELINE.0, REFERENCE.0]);
+        let own = of(&first.codec, &first.settings, &sites);
         main = main.max(raw.main + own.main);
-        let at_once = |cell: &Cell| match cell.site {
-            Site::Inline => own.buffers,
-            // Four layers and a buffer of one, across the axis where they are largest.
-            Site::Ring => {
-                let shortest = layout.extent.to_array().into_iter().min().unwrap_or(1);
-                own.buffers + own.texture * 5.0 / f64::from(shortest)
-            }
-            Site::Host => own.host,
-            _ => own.texture + own.buffers,
-        };
-        let largest = group.iter().map(at_once).fold(0.0, f64::max);
-        device = device.max(raw.texture + raw.buffers + largest);
+        let largest = own.device.into_iter().fold(0.0, f64::max);
+        device = device.max(raw.device.into_iter().sum::<f64>() + largest);
     }
     let originals: u64 = originals.iter().map(|(_, bytes)| bytes).sum();
     Ok(Memory { main_bytes: originals + main as u64, device_bytes: device as u64, at_least })
@@ -97,17 +89,14 @@ pub fn estimate<'l>(
 fn held(
     trials: &mut Trials<'_>,
     target: &Target,
-    codec: &str,
-    settings: &Settings,
+    (codec, settings, sites): (&str, &Settings, &[Site]),
     layout: &VolumeLayout,
 ) -> Result<Held, String> {
     let trial = trials.of(codec, settings, layout)?;
-    let in_frame = layout.extent.voxels() as f64;
+    let at = |site: &Site| site::of(*site).device_bytes(trial.coded(codec), target, layout);
     Ok(Held {
         main: trial.stream_bytes_per_voxel() * layout.voxels() as f64 + frame_bytes(layout),
-        host: in_frame * trial.host_bytes_per_voxel(target),
-        texture: in_frame * trial.texel_bytes() as f64,
-        buffers: in_frame * trial.buffer_bytes_per_voxel()?,
+        device: sites.iter().map(at).collect::<Result<_, _>>()?,
     })
 }
 

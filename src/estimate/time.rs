@@ -9,9 +9,9 @@ use cvr_engine::timing::{FrameTime, PairBudget, paired};
 use super::Trials;
 use super::trial::samples;
 use crate::experiment::shard::same_group;
-use crate::experiment::stage::RAW;
-use crate::experiment::target::Target;
+use crate::experiment::stage::{BASELINE, RAW, REFERENCE, filter_of_raw};
 use crate::registry::Names;
+use crate::site::target::Target;
 
 /// What is counted, as a sentence for whoever reads the figures.
 pub const COUNTED: &str = "Counted: voxels × seconds per voxel to encode and to decode, each codec and its settings once \
@@ -60,7 +60,7 @@ impl Time {
 }
 
 /// Pictures of raw that a volume in a scene under a renderer has been drawn in: the reference is the first.
-type RawPictures = Vec<(String, String, Site, Filter)>;
+type RawPictures = Vec<(String, String, (Site, Filter))>;
 
 /// The sum over all cells whose volume has a layout. `layout_of` gives a volume's layout by its name.
 ///
@@ -93,7 +93,7 @@ pub fn estimate<'l>(
                 let mut frame_ms = |cell: &Cell| {
                     trials.frames(target, cell, scene, layout).map_or(0.0, |frames| frames.frame_ms(samples))
                 };
-                let raw = |site, filter| Cell {
+                let raw = |(site, filter)| Cell {
                     codec: RAW.to_owned(),
                     settings: raw_settings.clone(),
                     site,
@@ -102,17 +102,15 @@ pub fn estimate<'l>(
                     resolution: 0,
                     ..cell.clone()
                 };
-                // Optimised linear is linear to raw, which does not offer it.
-                let plain = if cell.filter == Filter::OptimisedLinear { Filter::Linear } else { cell.filter };
-                for (site, filter) in [(Site::Inline, Filter::Linear), (cell.site, plain)] {
-                    let key = (cell.scene.clone(), cell.renderer.clone(), site, filter);
+                for of_raw in [REFERENCE, (cell.site, filter_of_raw(cell.filter))] {
+                    let key = (cell.scene.clone(), cell.renderer.clone(), of_raw);
                     if !drawn.contains(&key) {
-                        time.drawing += pictures * frame_ms(&raw(site, filter)) / 1000.0;
+                        time.drawing += pictures * frame_ms(&raw(of_raw)) / 1000.0;
                         drawn.push(key);
                     }
                 }
                 let own = frame_ms(cell);
-                let baseline = frame_ms(&raw(Site::Host, Filter::Linear));
+                let baseline = frame_ms(&raw(BASELINE));
                 let drawing = pictures * (own + pairing_ms(baseline, own)) / 1000.0;
                 time.drawing += drawing;
                 time.share(cell).drawing += drawing;

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
-use cvr_core::codec::{Codec, Decoder, FrameStore, Progress, Settings, Site};
+use cvr_core::codec::{Codec, Decoder, FrameStore, Progress, Settings};
 use cvr_core::pipeline::{Cell, Scene, TransferDomain};
 use cvr_core::render::{DecodedFrame, Filter, Preset, View};
 use cvr_core::volume::{
@@ -13,10 +13,11 @@ use cvr_core::volume::{
 };
 
 use crate::experiment::encoded::{Encoded, encode};
-use crate::experiment::host_texture::HostTexture;
-use crate::experiment::target::{Decoded, Target, VoxelSource};
 use crate::input::{Generator, generate};
 use crate::registry::renderer;
+use crate::site::coded::CodedFrame;
+use crate::site::picture::VoxelSource;
+use crate::site::target::Target;
 
 /// Voxels along each axis of the volume that is tried.
 pub const TRIAL_EDGE: u32 = 48;
@@ -142,41 +143,10 @@ impl Trial {
         self.encoded.file_bytes as f64 / self.voxels
     }
 
-    /// Bytes of a texel of the decoded frame on a device. Textures have one channel or four.
+    /// The frame of the small stream; `codec` is the codec's id.
     #[must_use]
-    pub fn texel_bytes(&self) -> u64 {
-        let channels = if self.encoded.decoder.layout().channels == 1 { 1 } else { 4 };
-        self.encoded.decoder.decoded_form().format.bytes() as u64 * channels
-    }
-
-    /// Bytes for each voxel of the texture at the site *host*: of blocks where the target takes those of the codec, else
-    /// of texels.
-    #[must_use]
-    pub fn host_bytes_per_voxel(&self, target: &Target) -> f64 {
-        let decoder = self.encoded.decoder.as_ref();
-        match target.blocks(decoder, (FrameIndex::FIRST, self.encoded.level)) {
-            Some(Ok(blocks)) => (blocks.words.len() * 4) as f64 / decoder.layout().extent.voxels() as f64,
-            _ => self.texel_bytes() as f64,
-        }
-    }
-
-    /// What holds a frame at the site *host*, were `target` to draw.
-    ///
-    /// # Errors
-    /// A sentence, when the target has no texture for it.
-    pub fn host_texture(&self, target: &Target) -> Result<HostTexture, String> {
-        let key = (FrameIndex::FIRST, self.encoded.level);
-        HostTexture::of(target, self.encoded.decoder.as_ref(), key).map_err(|e| e.to_string())
-    }
-
-    /// Bytes for each voxel of the buffers from which a shader decodes; 0 of a codec that has none.
-    ///
-    /// # Errors
-    /// A sentence, when the stream lacks one.
-    pub fn buffer_bytes_per_voxel(&self) -> Result<f64, String> {
-        let Some(shader) = self.encoded.decoder.shader() else { return Ok(0.0) };
-        let resources = shader.resources(FrameIndex::FIRST).map_err(|e| e.to_string())?;
-        Ok(resources.iter().map(|r| r.words.len() * 4).sum::<usize>() as f64 / self.voxels)
+    pub fn coded<'a>(&'a self, codec: &'a str) -> CodedFrame<'a> {
+        self.encoded.coded(codec, FrameIndex::FIRST)
     }
 
     /// What draws the pictures of a cell.
@@ -219,17 +189,9 @@ impl Pictures {
         let begin = Instant::now();
         let renderer = renderer(&cell.renderer)?;
         let decoder = decoder.as_ref();
-        let (index, level) = (FrameIndex::FIRST, cell.level());
-        let decoded = match cell.site {
-            Site::Host => target.upload(decoder, (index, level), frame.clone()).map(Decoded::Host),
-            Site::Ring => Ok(Decoded::Ring(frame.clone())),
-            Site::Deferred => {
-                target.decode(&cell.codec, decoder, (index, level), frame).map(Decoded::Deferred)
-            }
-            _ => Ok(Decoded::Inline),
-        };
-        let decoded = decoded.map_err(|e| e.to_string())?;
-        let voxels = VoxelSource { codec: &cell.codec, decoder, frame: index, level, decoded };
+        let coded = CodedFrame { codec: &cell.codec, decoder, key: (FrameIndex::FIRST, cell.level()) };
+        let voxels = VoxelSource::prepare(target, cell.site, coded, &|| Ok(frame.clone()));
+        let voxels = voxels.map_err(|e| e.to_string())?;
         let mut before: Option<(u32, f64)> = None;
         for side in SIDES {
             // Twice, since it warms up.

@@ -11,8 +11,8 @@ use cvr_core::volume::VolumeLayout;
 
 use super::allowance::{Allowance, Spending, within};
 use super::trial::{Frames, SIDES, TRIAL_EDGE, Trial};
-use crate::experiment::target::Target;
 use crate::registry::Names;
+use crate::site::target::Target;
 
 /// Less than this is no time for a trial.
 const LEAST: Duration = Duration::from_millis(20);
@@ -193,6 +193,7 @@ fn trial_key(codec: &str, settings: &Settings, layout: &VolumeLayout) -> String 
 
 #[cfg(test)]
 mod tests {
+    use cvr_core::codec::Site;
     use cvr_core::volume::{Extent, SampleType};
 
     use super::*;
@@ -205,20 +206,22 @@ mod tests {
         let raw = names.codecs().get("raw").unwrap().info().default_settings();
         let raw = trials.of("raw", &raw, &layout).unwrap();
         assert!((raw.stream_bytes_per_voxel() - 2.0).abs() < 0.05);
+        let raw = raw.coded("raw");
         assert_eq!((raw.texel_bytes(), raw.buffer_bytes_per_voxel().unwrap()), (2, 2.0));
         let colour = VolumeLayout { channels: 3, sample: SampleType::U8, ..layout.clone() };
         let raw = names.codecs().get("raw").unwrap().info().default_settings();
-        assert_eq!(trials.of("raw", &raw, &colour).unwrap().texel_bytes(), 4);
+        assert_eq!(trials.of("raw", &raw, &colour).unwrap().coded("raw").texel_bytes(), 4);
         let s3dc = names.codecs().get("s3dc").unwrap().info().default_settings();
         let s3dc = trials.of("s3dc", &s3dc, &layout).unwrap();
         // 4 bits of index, and two ends for a block of 16³.
-        assert!((s3dc.buffer_bytes_per_voxel().unwrap() - 0.5).abs() < 0.01);
+        assert!((s3dc.coded("s3dc").buffer_bytes_per_voxel().unwrap() - 0.5).abs() < 0.01);
         assert!(s3dc.encode_seconds_per_voxel() > 0.0 && s3dc.decode_seconds_per_voxel() > 0.0);
         // Half a byte in blocks where the target takes such; decoded, 16 bits.
         let bc4 = names.codecs().get("bc4").unwrap().info().default_settings();
-        let bc4 = trials.of("bc4", &bc4, &layout).unwrap();
+        let bc4 = trials.of("bc4", &bc4, &layout).unwrap().coded("bc4");
         assert_eq!(bc4.buffer_bytes_per_voxel().unwrap(), 0.5);
-        assert_eq!(bc4.host_bytes_per_voxel(&Target::Cpu { reason: None }), 2.0);
+        let host = crate::site::of(Site::Host).device_bytes(bc4, &Target::Cpu { reason: None }, &layout);
+        assert_eq!(host, Ok(2.0 * 100.0 * 100.0 * 100.0));
         assert!(trials.of("none", &Settings::default(), &layout).is_err());
     }
 

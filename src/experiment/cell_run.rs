@@ -1,6 +1,5 @@
 //! One cell: its frames, and what they come to.
 
-use cvr_core::codec::Site;
 use cvr_core::metrics;
 use cvr_core::pipeline::{Cell, FrameRange};
 use cvr_core::volume::{BrickSource, FiniteVolume};
@@ -9,8 +8,8 @@ use super::encoded::Encoded;
 use super::frame_run::FrameRun;
 use super::record::Record;
 use super::stage::Stage;
-use super::target::Target;
 use super::{error_histogram, frame_figures, pool, surfaces};
+use crate::site::target::Target;
 
 /// A record with all that is known of a cell before it runs, `series` as the codec has it; it says *failed* until it has
 /// run.
@@ -99,13 +98,12 @@ pub fn run(record: &mut Record, run: &FrameRun<'_>, stage: &mut Stage<'_>) -> Re
     let encoded = run.shared.encoded();
     let path = error_histogram::write(run.out, &run.cell.id(), &encoded.histogram);
     record.error_histogram = Some(path.map_err(|e| e.to_string())?);
-    surfaces::enter(record, run.shared, stage)?;
+    surfaces::enter(record, run.shared.surfaces(), encoded, stage)?;
     if encoded.frame_errors.len() > 1 {
         let figures = frame_figures::figures(&encoded.frame_errors, &frames);
         let path = frame_figures::write(run.out, &run.cell.id(), &figures).map_err(|e| e.to_string())?;
         record.frame_figures = Some(path);
     }
     encoded.check_promises()?;
-    let problem = (run.cell.site == Site::Inline).then(|| run.shared.inline_problem(range)).flatten();
-    problem.map_or(Ok(()), Err)
+    run.shared.problem(run.cell.site, range).map_or(Ok(()), Err)
 }

@@ -13,9 +13,10 @@ use cvr_core::metrics::{ErrorHistogram, FrameError, VolumeComparison, VolumeErro
 use cvr_core::render::{DecodedFrame, upsampled};
 use cvr_core::volume::{BrickKey, BrickSource as _, FiniteVolume, FrameIndex, Level, Region, VolumeLayout};
 
-use super::checked::Expected;
 use super::latest::Latest;
 use super::skipping::LazyRanges;
+use crate::site::coded::CodedFrame;
+use crate::site::expected::Expected;
 
 /// A volume as one codec with one set of settings gives it back, at one level.
 #[derive(Debug)]
@@ -238,13 +239,18 @@ impl Encoded {
         }
     }
 
+    /// A frame of this stream, not decoded; `codec` is the codec's id.
+    #[must_use]
+    pub fn coded<'a>(&'a self, codec: &'a str, frame: FrameIndex) -> CodedFrame<'a> {
+        CodedFrame { codec, decoder: self.decoder.as_ref(), key: (frame, self.level) }
+    }
+
     /// What a frame of this stream is held to; `codec` is the codec's id.
     ///
     /// # Errors
     /// A sentence, when it cannot be decoded.
     pub fn expected<'a>(&'a self, codec: &'a str, frame: FrameIndex) -> Result<Expected<'a>, String> {
-        let key = (frame, self.level);
-        let decoder = self.decoder.as_ref();
+        let CodedFrame { decoder, key, .. } = self.coded(codec, frame);
         Ok(Expected { codec, decoder, key, frame: self.frame(frame)?, block: self.block })
     }
 }

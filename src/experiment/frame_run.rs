@@ -2,7 +2,6 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use cvr_core::codec::Site;
 use cvr_core::metrics::{Against, ImageError, error_picture};
 use cvr_core::pipeline::Cell;
 use cvr_core::render::{Image, to_png};
@@ -12,11 +11,10 @@ use cvr_engine::timing::{PairBudget, paired};
 use super::files::{IMAGES, of_frame};
 use super::folder::OutFolder;
 use super::record::Record;
-use super::ring;
 use super::shared::Shared;
 use super::skipping;
 use super::stage::Stage;
-use super::target::{Picture, VoxelSource};
+use crate::site::picture::Picture;
 
 /// What the frames of a cell have in common.
 pub struct FrameRun<'a> {
@@ -58,9 +56,7 @@ impl FrameRun<'_> {
         self.go_on()?;
         let encoded = shared.encoded();
         let decoder = encoded.decoder.as_ref();
-        let decoded = shared.decoded(cell.site, frame, record)?;
-        let voxels = VoxelSource { codec: &cell.codec, decoder, frame, level: encoded.level, decoded };
-        debug_assert_eq!(voxels.site(), cell.site);
+        let voxels = shared.prepared(cell.site, frame, record)?;
         let baseline = stage.baseline(frame)?;
         let mut view = stage.view(cell.filter)?;
         let unskipped = if cell.skipping { Some(stage.picture(&view, &voxels)?) } else { None };
@@ -74,8 +70,8 @@ impl FrameRun<'_> {
         record.filtering = Some(picture.filtering().to_owned());
         record.flag_fallbacks(picture.fallback(), baseline.fallback());
         record.flag_blending(picture.blends_in_half(), true);
-        if cell.site == Site::Ring {
-            ring::enter(record, &picture, &shared.expected(frame)?)?;
+        if let Some(checked) = picture.check(&shared.expected(frame)?)? {
+            record.enter_checked(&checked)?;
         }
         let image = picture.image().map_err(|e| e.to_string())?;
 

@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use super::machine;
 use super::stage::RAW;
-use super::target::Target;
 use super::volumes::LoadedVolume;
 use crate::registry::Names;
+use crate::site::target::Target;
 
 /// Version of what the figures mean: reference, baseline, pairing of frame times, metrics. Raised whenever one of
 /// these definitions changes, so that no resumed run mixes both.

@@ -1,16 +1,16 @@
 //! What a run has finished so far, in the order of its cells, in memory and on disk.
 
-use cvr_core::codec::{Settings, Site};
+use cvr_core::codec::Settings;
 use cvr_core::pipeline::{Cell, FrameRange};
-use cvr_core::render::Filter;
 
 use super::cell_file::{CellFile, Flawed};
 use super::files::{IMAGES, of_frame};
 use super::folder::OutFolder;
+use super::outcome::{Outcome, RunError};
 use super::provenance::{Provenance, ReferencePicture, RefusedCell};
 use super::record::{Record, Status};
 use super::results::{ResultsError, write_csv, write_json};
-use super::runner::{Outcome, RunError};
+use super::stage::REFERENCE;
 
 /// Records and reference pictures of a run.
 pub(super) struct Ledger<'a> {
@@ -161,7 +161,7 @@ fn is_of(picture: &ReferencePicture, cell: &Cell) -> bool {
 /// Name of the reference picture of a cell. It does not depend on which cell asks first, so that shards agree.
 fn reference_id(cell: &Cell) -> String {
     let (codec, settings) = (String::new(), Settings::default());
-    let (site, filter) = (Site::Inline, Filter::Linear);
+    let (site, filter) = REFERENCE;
     let (stages, resolution) = (None, 0);
     let reference =
         Cell { codec, settings, site, filter, skipping: false, stages, resolution, ..cell.clone() };

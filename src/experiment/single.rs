@@ -3,11 +3,11 @@
 use cvr_core::codec::Site;
 use cvr_core::render::{Filter, Image, Renderer, View};
 
-use super::checked::{Checked, Expected};
-use super::host::SharedUpload;
 use super::record::Record;
-use super::ring;
-use super::target::{Decoded, DrawError, Target, VoxelSource};
+use crate::site;
+use crate::site::expected::{Checked, Expected};
+use crate::site::picture::VoxelSource;
+use crate::site::target::{DrawError, Target};
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
@@ -45,38 +45,17 @@ impl Single<'_> {
     /// # Errors
     /// When the device decodes other values than the CPU, or the target refuses.
     pub fn draw(&self, record: &mut Record) -> Result<Image, SingleError> {
-        let Self { target, renderer, view, site, expected, check } = *self;
-        let Expected { codec, decoder, key: (frame, level), .. } = *expected;
-        expected.flag_not_run(target, site, record);
-        let decoded = match site {
-            Site::Host => {
-                let volume = target.upload(decoder, expected.key, expected.frame.clone())?;
-                let upload =
-                    SharedUpload::of(target, expected, volume, check).map_err(SingleError::Uncompared)?;
-                Decoded::Host(upload.enter(record).map_err(SingleError::Disagrees)?)
-            }
-            Site::Ring => {
-                ring::flag_mirror(target, record);
-                Decoded::Ring(expected.frame.clone())
-            }
-            Site::Deferred => {
-                let volume = target.decode(codec, decoder, expected.key, &expected.frame)?;
-                self.compare(record, || expected.deferred(target, &volume))?;
-                Decoded::Deferred(volume)
-            }
-            _ => {
-                let as_cells = view.filter == Filter::OptimisedLinear;
-                self.compare(record, || expected.inline(target, as_cells))?;
-                Decoded::Inline
-            }
-        };
-        let source = VoxelSource { codec, decoder, frame, level, decoded };
-        let picture = target.picture(renderer, view, &source)?;
+        let Self { target, renderer, view, site, expected, .. } = *self;
+        let coded = expected.coded();
+        record.flag_mirror(target, site::of(site), coded);
+        let voxels = VoxelSource::prepare(target, site, coded, &|| Ok(expected.frame.clone()))?;
+        record.enter_preparation(&voxels.held.preparation());
+        let as_cells = view.filter == Filter::OptimisedLinear;
+        self.compare(record, || voxels.held.check(target, expected, as_cells))?;
+        let picture = target.picture(renderer, view, &voxels)?;
         record.flag_fallbacks(picture.fallback(), None);
         record.flag_blending(picture.blends_in_half(), false);
-        if site == Site::Ring {
-            self.compare(record, || expected.ring(&picture))?;
-        }
+        self.compare(record, || picture.check(expected))?;
         let image = picture.image()?;
         record.flag_ray_pieces(picture.ray_pieces(), None);
         Ok(image)
@@ -85,12 +64,12 @@ impl Single<'_> {
     fn compare(
         &self,
         record: &mut Record,
-        checked: impl FnOnce() -> Result<Option<Checked>, String>,
+        check: impl FnOnce() -> Result<Option<Checked>, String>,
     ) -> Result<(), SingleError> {
         if !self.check {
             return Ok(());
         }
-        let checked = checked().map_err(SingleError::Uncompared)?;
-        checked.map_or(Ok(()), |checked| checked.enter(record)).map_err(SingleError::Disagrees)
+        let checked = check().map_err(SingleError::Uncompared)?;
+        checked.map_or(Ok(()), |checked| record.enter_checked(&checked)).map_err(SingleError::Disagrees)
     }
 }

@@ -11,10 +11,11 @@ use cvr_core::render::{DecodedFrame, Filter, Image, Renderer, View};
 use cvr_core::volume::{BrickSource, FiniteVolume, FrameIndex, ValueRange};
 
 use super::blank;
-use super::deferred::DeferredVolume;
 use super::encoded::Encoded;
 use super::latest::Latest;
-use super::target::{Decoded, DrawError, HostVolume, Picture, Target, VoxelSource};
+use crate::site::kept::{KeptFrame, KeptFrames};
+use crate::site::picture::{Picture, VoxelSource};
+use crate::site::target::Target;
 
 /// Id of the codec that holds the uncompressed volume.
 pub const RAW: &str = "raw";
@@ -33,42 +34,46 @@ pub fn check_range(range: ValueRange) -> Result<(), String> {
     ))
 }
 
+/// What every picture of a frame is compared with: the uncompressed volume, filtered in the shader.
+pub const REFERENCE: (Site, Filter) = (Site::Inline, Filter::Linear);
+
+/// What every frame time is divided by: the uncompressed texture, filtered by the hardware.
+pub const BASELINE: (Site, Filter) = (Site::Host, Filter::Linear);
+
+/// The filter under which raw stands beside a cell. Optimised linear is linear in another way, which raw does not offer.
+#[must_use]
+pub const fn filter_of_raw(filter: Filter) -> Filter {
+    match filter {
+        Filter::Nearest => Filter::Nearest,
+        Filter::Linear | Filter::OptimisedLinear => Filter::Linear,
+    }
+}
+
 /// The uncompressed volume on the target.
 #[derive(Debug)]
 pub struct RawVolume {
     encoded: Encoded,
-    host: Latest<HostVolume>,
-    deferred: Latest<DeferredVolume>,
+    kept: KeptFrames,
 }
 
 impl RawVolume {
     /// What the codec `raw` gave back.
     #[must_use]
     pub fn new(encoded: Encoded) -> Self {
-        Self { encoded, host: Latest::default(), deferred: Latest::default() }
+        Self { encoded, kept: KeptFrames::default() }
     }
 
-    /// The voxels of a frame at a site: uploaded, or decoded by the device, when they are first asked for there.
+    /// The voxels of a frame at a site, prepared when they are first asked for there.
     ///
     /// # Errors
     /// A sentence, when the target cannot hold or decode them.
     pub fn at(&self, target: &Target, site: Site, frame: FrameIndex) -> Result<VoxelSource<'_>, String> {
-        let decoder = self.encoded.decoder.as_ref();
-        let text = |e: DrawError| e.to_string();
-        let decoded = match site {
-            Site::Host => Decoded::Host(self.host.get(frame, || {
-                let key = (frame, self.encoded.level);
-                target.upload(decoder, key, self.encoded.frame(frame)?).map_err(text)
-            })?),
-            Site::Ring => Decoded::Ring(self.encoded.frame(frame)?),
-            Site::Deferred => Decoded::Deferred(self.deferred.get(frame, || {
-                target
-                    .decode(RAW, decoder, (frame, self.encoded.level), &self.encoded.frame(frame)?)
-                    .map_err(text)
-            })?),
-            _ => Decoded::Inline,
-        };
-        Ok(VoxelSource { codec: RAW, decoder, frame, level: self.encoded.level, decoded })
+        let coded = self.encoded.coded(RAW, frame);
+        let KeptFrame { held, .. } = self.kept.get(site, frame, || {
+            let source = VoxelSource::prepare(target, site, coded, &|| self.encoded.frame(frame));
+            source.map(|source| KeptFrame { held: source.held, checked: None }).map_err(|e| e.to_string())
+        })?;
+        Ok(VoxelSource { site, coded, held })
     }
 }
 
@@ -115,7 +120,7 @@ impl<'a> Stage<'a> {
         };
         let mut blank = Vec::new();
         for frame in scene.frames.iter() {
-            let reference = stage.draw_raw(frame, Site::Inline, Filter::Linear)?;
+            let reference = stage.draw_raw(frame, REFERENCE)?;
             if blank::is_blank(&reference) {
                 blank.push(frame);
             }
@@ -153,8 +158,9 @@ impl<'a> Stage<'a> {
     /// When the target refuses.
     pub fn baseline(&self, frame: FrameIndex) -> Result<Rc<Picture<'a>>, String> {
         self.baseline.get(frame, || {
-            let voxels = self.raw.at(self.target, Site::Host, frame)?;
-            self.picture(&self.view(Filter::Linear)?, &voxels).map(Rc::new)
+            let (site, filter) = BASELINE;
+            let voxels = self.raw.at(self.target, site, frame)?;
+            self.picture(&self.view(filter)?, &voxels).map(Rc::new)
         })
     }
 
@@ -197,26 +203,24 @@ impl<'a> Stage<'a> {
         self.target.picture(self.renderer, view, voxels).map_err(|e| e.to_string())
     }
 
-    /// Raw's picture of a frame under a site and filter, drawn once. Optimised linear is linear in another way, which raw
-    /// does not offer.
+    /// Raw's picture of a frame under a site and filter, drawn once.
     ///
     /// # Errors
     /// When the target refuses.
     pub fn raw_image(&mut self, frame: FrameIndex, site: Site, filter: Filter) -> Result<&Image, String> {
-        let filter = if filter == Filter::OptimisedLinear { Filter::Linear } else { filter };
-        if (site, filter) == (Site::Inline, Filter::Linear) {
+        let key = (site, filter_of_raw(filter));
+        if key == REFERENCE {
             return self.reference(frame);
         }
-        let key = (site, filter);
         if self.raw_images.get(&key).is_none_or(|(of, _)| *of != frame) {
-            let image = self.draw_raw(frame, site, filter)?;
+            let image = self.draw_raw(frame, key)?;
             self.raw_images.insert(key, (frame, image));
         }
         let image = self.raw_images.get(&key).map(|(_, image)| image);
         image.ok_or_else(|| "raw's picture is missing".to_owned())
     }
 
-    fn draw_raw(&self, frame: FrameIndex, site: Site, filter: Filter) -> Result<Image, String> {
+    fn draw_raw(&self, frame: FrameIndex, (site, filter): (Site, Filter)) -> Result<Image, String> {
         let voxels = self.raw.at(self.target, site, frame)?;
         self.picture(&self.view(filter)?, &voxels)?.image().map_err(|e| e.to_string())
     }

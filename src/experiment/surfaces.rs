@@ -3,23 +3,52 @@
 //! function takes. Where a table of colours decides, there are no edges.
 
 use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 
 use cvr_core::metrics::isosurface::{self, SurfaceDistance};
 use cvr_core::render::{ColourOpacity, DecodedFrame, Filter};
 use cvr_core::volume::FrameIndex;
 
+use super::encoded::Encoded;
 use super::record::Record;
-use super::shared::Shared;
 use super::stage::Stage;
+
+/// Distances in the frames of one stream by scene and frame, each measured once for all cells.
+#[derive(Debug, Default)]
+pub struct SurfaceDistances(RefCell<BTreeMap<(String, FrameIndex), Option<SurfaceDistance>>>);
+
+impl SurfaceDistances {
+    fn of(
+        &self,
+        encoded: &Encoded,
+        stage: &Stage<'_>,
+        frame: FrameIndex,
+    ) -> Result<Option<SurfaceDistance>, String> {
+        let key = (stage.scene().to_owned(), frame);
+        let known = self.0.borrow().get(&key).copied();
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let distance = distance(stage, frame, &*encoded.frame_of_full_size(frame)?)?;
+        self.0.borrow_mut().insert(key, distance);
+        Ok(distance)
+    }
+}
 
 /// Enters the distance over all frames that the scene draws.
 ///
 /// # Errors
 /// A sentence, when a frame cannot be decoded.
-pub fn enter(record: &mut Record, shared: &Shared<'_>, stage: &Stage<'_>) -> Result<(), String> {
+pub fn enter(
+    record: &mut Record,
+    known: &SurfaceDistances,
+    encoded: &Encoded,
+    stage: &Stage<'_>,
+) -> Result<(), String> {
     let mut distances = Vec::new();
     for frame in stage.frames().iter() {
-        distances.extend(shared.surface_distance(stage, frame)?);
+        distances.extend(known.of(encoded, stage, frame)?);
     }
     let pooled = SurfaceDistance::pooled(distances);
     record.isosurface_distance_voxels = pooled.map(|d| d.mean);
@@ -31,10 +60,7 @@ pub fn enter(record: &mut Record, shared: &Shared<'_>, stage: &Stage<'_>) -> Res
 }
 
 /// The distance in one frame; `decoded` is that frame.
-///
-/// # Errors
-/// A sentence, when the original cannot be had or the scene makes no view.
-pub fn distance(
+fn distance(
     stage: &Stage<'_>,
     frame: FrameIndex,
     decoded: &DecodedFrame,

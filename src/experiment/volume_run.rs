@@ -13,13 +13,14 @@ use super::encoded::{Encoded, encode};
 use super::files::of_id;
 use super::frame_run::FrameRun;
 use super::ledger::Ledger;
-use super::runner::{Numbered, Run, RunError};
+use super::outcome::RunError;
+use super::run::{Numbered, Run};
 use super::shard::same_group;
 use super::shared::Shared;
 use super::stage::{RAW, RawVolume, Stage};
-use super::target::Target;
 use super::volumes::LoadedVolume;
 use crate::registry::renderer;
+use crate::site::target::Target;
 
 type Stages<'a> = BTreeMap<(&'a str, &'a str), Result<Stage<'a>, String>>;
 

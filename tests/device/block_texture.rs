@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use cvr::estimate::{Allowance, Trials};
-use cvr::experiment::checked::Expected;
-use cvr::experiment::host::SharedUpload;
-use cvr::experiment::host_texture::HostTexture;
 use cvr::experiment::record::{Record, Status};
-use cvr::experiment::target::{Decoded, Target, VoxelSource};
 use cvr::input;
 use cvr::registry::Names;
+use cvr::site::coded::CodedFrame;
+use cvr::site::expected::Expected;
+use cvr::site::host_texture::HostTexture;
+use cvr::site::picture::VoxelSource;
+use cvr::site::target::Target;
 use cvr_codec_tests::mutated::{Mutated, Mutation};
 use cvr_core::codec::{BlockFormat, Decoder, Site};
 use cvr_core::metrics::AgreementRule;
@@ -62,9 +63,13 @@ fn entered(device: &Device, decoder: &dyn Decoder) -> (Record, Result<(), String
     let frame = Arc::new(DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap());
     let block = codec("bc4").block(&settings(&[]));
     let expected = Expected { codec: "bc4", decoder, key: KEY, frame, block };
-    let upload = SharedUpload::new(&Target::Device(device.clone()), &expected).unwrap();
+    let target = Target::Device(device.clone());
+    let coded = expected.coded();
+    let upload = VoxelSource::prepare(&target, Site::Host, coded, &|| Ok(expected.frame.clone())).unwrap();
     let mut record = Record::default();
-    let result = upload.enter(&mut record).map(drop);
+    record.enter_preparation(&upload.held.preparation());
+    let checked = upload.held.check(&target, &expected, false).unwrap();
+    let result = checked.map_or(Ok(()), |checked| record.enter_checked(&checked));
     (record, result)
 }
 
@@ -182,23 +187,24 @@ fn colours_are_uploaded_as_decoded_and_the_record_says_so() {
     assert_eq!(entered(device, raw.as_ref()).0.notes, None);
 }
 
-/// A frame at the site host as `cvr render` draws it, who filtered it, and why its blocks were not uploaded; and at inline.
+/// A frame at the site host as `cvr render` draws it, who filtered it, and in words why its blocks were not uploaded; and at
+/// inline.
 fn host_and_inline(
     device: &Device,
     decoder: &dyn Decoder,
     view: &View,
-) -> (Image, TextureSampling, Option<BlockFallback>, Image) {
+) -> (Image, TextureSampling, Option<String>, Image) {
     let target = Target::Device(device.clone());
     let frame = Arc::new(DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap());
-    let volume = target.upload(decoder, KEY, frame).unwrap();
-    let fallback = volume.fallback();
-    let [host, inline] = [Decoded::Host(volume), Decoded::Inline].map(|decoded| {
-        let source = VoxelSource { codec: "bc4", decoder, frame: KEY.0, level: KEY.1, decoded };
+    let coded = CodedFrame { codec: "bc4", decoder, key: KEY };
+    let [host, inline] = [Site::Host, Site::Inline].map(|site| {
+        let source = VoxelSource::prepare(&target, site, coded, &|| Ok(frame.clone())).unwrap();
         let picture = target.picture(&Raycasting, view, &source).unwrap();
         let hardware = picture.filtering() == "hardware";
-        (picture.image().unwrap(), if hardware { TextureSampling::Hardware } else { TextureSampling::Manual })
+        let filtering = if hardware { TextureSampling::Hardware } else { TextureSampling::Manual };
+        (picture.image().unwrap(), filtering, source.held.preparation().remarks.pop())
     });
-    (host.0, host.1, fallback, inline.0)
+    (host.0, host.1, host.2, inline.0)
 }
 
 /// Where texture units decode no blocks, the frame is uploaded as the CPU decodes it, and record and estimate say so. A
@@ -211,14 +217,15 @@ fn without_blocks_the_decoded_frame_is_drawn_and_said() {
     for filter in [Filter::Nearest, Filter::Linear] {
         let view = view(SampleType::U8, [65, 49], filter);
         let (host, filtering, fallback, inline) = host_and_inline(&device, decoder.as_ref(), &view);
-        assert_eq!(fallback, Some(BlockFallback::NotDecoded));
+        assert_eq!(fallback, Some(BlockFallback::NotDecoded.to_string()));
         let agreement = rule(filtering).check(&inline, &host).unwrap();
         assert!(agreement.visible_pixels > 500, "{agreement:?}");
     }
     let (record, result) = entered(&device, decoder.as_ref());
     assert_eq!(result, Ok(()));
     assert!(record.notes.unwrap().contains("does not decode them: uploaded as decoded by the CPU"));
-    let texture = HostTexture::of(&Target::Device(device), decoder.as_ref(), KEY).unwrap().to_string();
+    let coded = CodedFrame { codec: "bc4", decoder: decoder.as_ref(), key: KEY };
+    let texture = HostTexture::of(&Target::Device(device), coded).unwrap().to_string();
     assert!(texture.contains("does not decode them"), "{texture}");
 }
 
@@ -241,7 +248,8 @@ fn pictures_at_host_are_those_at_inline_whatever_the_device_does_with_blocks() {
         let view =
             View { value_range: volume.range(), ..view(decoder.layout().sample, [64, 64], Filter::Linear) };
         let (host, filtering, fallback, inline) = host_and_inline(device, decoder.as_ref(), &view);
-        assert_eq!(fallback, device.capabilities().blocks(BlockFormat::Bc4, 1).err(), "{file}");
+        let takes = device.capabilities().blocks(BlockFormat::Bc4, 1);
+        assert_eq!(fallback, takes.err().map(|reason| reason.to_string()), "{file}");
         let agreement = rule(filtering).check(&inline, &host);
         assert!(agreement.unwrap().visible_pixels > 100, "{file}");
     }
@@ -257,7 +265,9 @@ fn memory_is_estimated_by_what_the_device_takes() {
         let layout = VolumeLayout { channels, ..VolumeLayout::scalar(extent, SampleType::U8) };
         let settings = codec("bc4").info().default_settings();
         let target = Target::Device(device.clone());
-        trials.of("bc4", &settings, &layout).unwrap().host_bytes_per_voxel(&target)
+        let trial = trials.of("bc4", &settings, &layout).unwrap().coded("bc4");
+        let bytes = cvr::site::of(Site::Host).device_bytes(trial, &target, &layout).unwrap();
+        bytes / extent.voxels() as f64
     };
     assert_eq!((bytes(1), bytes(3)), (0.5, 8.0));
 }

@@ -2,8 +2,8 @@
 //! no wrong picture where even that is not enough.
 
 use cvr::experiment::record::Status;
-use cvr::experiment::target::Target;
 use cvr::registry::Names;
+use cvr::site::target::Target;
 use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::render::{Filter, Projection, View};

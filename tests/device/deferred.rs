@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use cvr::experiment::target::Target;
+use cvr::site::expected::Expected;
+use cvr::site::picture::VoxelSource;
+use cvr::site::target::Target;
 use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Agreement, Decoder, Parity, Site, TexelFormat};
 use cvr_core::metrics::image_agreement;
@@ -152,9 +154,15 @@ fn a_wrong_snippet_is_caught() {
         assert!(!parity(&mutated, &texels).holds(), "{id}: `{to}` goes unnoticed");
         let frame = Arc::new(DecodedFrame::decode(&mutated, FIRST).unwrap());
         let target = Target::Device(device.clone());
-        let volume = target.decode(id, &mutated, KEY, &frame).unwrap();
-        let told = volume.parity(&target, &mutated, KEY, &frame).unwrap().unwrap();
-        assert!(!told.holds(), "{id}: {told}");
+        let expected = Expected { codec: id, decoder: &mutated, key: KEY, frame, block: None };
+        let decoded = || Ok(expected.frame.clone());
+        let held = VoxelSource::prepare(&target, Site::Deferred, expected.coded(), &decoded).unwrap().held;
+        let checked = held.check(&target, &expected, false).unwrap().unwrap();
+        let problem = checked.problem.unwrap();
+        assert!(
+            checked.mismatches > 0 && problem.starts_with("what the device decoded is not what"),
+            "{id}: {problem}"
+        );
     }
     // One texel off by one.
     let decoder = encoded(codec("raw").as_ref(), &settings(SUBJECTS[0].1), &noise(ODD, SampleType::U8));

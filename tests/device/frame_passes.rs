@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use cvr::experiment::target::Target;
 use cvr::registry::Names;
+use cvr::site::target::Target;
 use cvr_core::codec::{Decoder as _, Parity};
 use cvr_core::conformance;
 use cvr_core::render::Filter;

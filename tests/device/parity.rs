@@ -16,7 +16,7 @@ fn check(device: &Device, codec: &dyn Codec, settings: &Settings, volume: &Finit
     let info = codec.info();
     let decoder = encoded(codec, settings, volume);
     let Some(shader) = decoder.shader() else {
-        assert!(!info.sites.contains(&Site::Inline), "{} {settings}: site inline, but no shader", info.id);
+        assert!(!info.offers(Site::Inline), "{} {settings}: site inline, but no shader", info.id);
         return 0;
     };
     let mut samples = 0;

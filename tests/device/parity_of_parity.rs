@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cvr::experiment::encoded::{Encoded, encode};
 use cvr::experiment::record::Record;
 use cvr::experiment::shared::Shared;
-use cvr::experiment::target::Target;
+use cvr::site::target::Target;
 use cvr_codec_tests::mutated::{Mutated, Mutation};
 use cvr_core::codec::{Decoder, Parity, Progress, ShaderDecode as _, Site, VoxelDump};
 use cvr_core::pipeline::FrameRange;
@@ -86,8 +86,8 @@ fn a_cell_at_inline_tells_the_first_voxel_that_differs() {
     let told = |stream: &Encoded| {
         let shared = Shared::new(&target, "raw", stream, std::iter::empty());
         let mut record = Record::default();
-        shared.decoded(Site::Inline, FrameIndex::FIRST, &mut record).unwrap();
-        (shared.inline_problem(FrameRange::default()), record.parity_mismatches)
+        shared.prepared(Site::Inline, FrameIndex::FIRST, &mut record).unwrap();
+        (shared.problem(Site::Inline, FrameRange::default()), record.parity_mismatches)
     };
     assert_eq!(told(&stream), (None, Some(0)));
     let same = encoded(raw.as_ref(), &settings, &volume);

@@ -4,14 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use cvr::experiment::encoded::{Encoded, encode};
 use cvr::experiment::record::Record;
-use cvr::experiment::ring::enter;
-use cvr::experiment::target::{Decoded, Target, VoxelSource};
 use cvr::registry;
+use cvr::site::coded::CodedFrame;
+use cvr::site::picture::VoxelSource;
+use cvr::site::target::Target;
 use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Decoder, Parity, Progress, Site, TexelFormat};
 use cvr_core::render::{
-    Blending, Camera, ClipBox, DecodedFrame, Filter, LayerStep, Light, Pass, Plan, Projection, RING_LAYERS,
-    Renderer, TransferFunction, View,
+    Blending, Camera, ClipBox, Filter, LayerStep, Light, Pass, Plan, Projection, RING_LAYERS, Renderer,
+    TransferFunction, View,
 };
 use cvr_core::shader::{BindingLimits, TextureSampling};
 use cvr_core::volume::{Axis, FrameIndex, Level, SampleType};
@@ -315,13 +316,14 @@ fn a_cell_whose_ring_holds_other_values_fails() {
     let target = Target::Device(device.clone());
     let view = view(SampleType::U8, [16, 16], Filter::Linear);
     let entered = |encoded: &Encoded| {
-        let decoded = Decoded::Ring(encoded.frame(FIRST).unwrap());
-        let (decoder, level) = (encoded.decoder.as_ref(), Level::FULL);
-        let voxels = VoxelSource { codec: "raw", decoder, frame: FIRST, level, decoded };
+        let decoded = || encoded.frame(FIRST);
+        let coded = encoded.coded("raw", FIRST);
+        let voxels = VoxelSource::prepare(&target, Site::Ring, coded, &decoded).unwrap();
         let picture = target.picture(&SLICING, &view, &voxels).unwrap();
         let mut record = Record::default();
         let expected = encoded.expected("raw", FIRST).unwrap();
-        (enter(&mut record, &picture, &expected), record.parity_mismatches)
+        let checked = picture.check(&expected).unwrap().unwrap();
+        (record.enter_checked(&checked), record.parity_mismatches)
     };
     assert_eq!(entered(&right), (Ok(()), Some(0)));
     let same = encoded(raw.as_ref(), &settings, &volume);
@@ -382,17 +384,11 @@ fn what_does_not_go_together_is_refused() {
         let error = renderer.plan_layers(&view, decoder.layout()).unwrap_err();
         assert!(error.to_string().contains("layer by layer"), "{error}");
         // Nor does the way that the application takes.
-        let frame = DecodedFrame::decode(decoder.as_ref(), FIRST).unwrap();
-        let decoded = Decoded::Ring(std::sync::Arc::new(frame));
-        let voxels = VoxelSource {
-            codec: "raw",
-            decoder: decoder.as_ref(),
-            frame: FIRST,
-            level: Level::FULL,
-            decoded,
-        };
-        assert_eq!(voxels.site(), Site::Ring);
-        assert!(Target::Device(device.clone()).picture(renderer, &view, &voxels).is_err());
+        let target = Target::Device(device.clone());
+        let coded = CodedFrame { codec: "raw", decoder: decoder.as_ref(), key: (FIRST, Level::FULL) };
+        let decoded = || Err("a ring draws nothing that the CPU decodes".to_owned());
+        let voxels = VoxelSource::prepare(&target, Site::Ring, coded, &decoded).unwrap();
+        assert!(target.picture(renderer, &view, &voxels).is_err());
     }
     let layers = plan(&view, decoder.as_ref());
     let whole = SLICING.plan(&view, decoder.layout()).unwrap();

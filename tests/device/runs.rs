@@ -6,13 +6,14 @@ use std::sync::atomic::AtomicBool;
 
 use cvr::experiment::folder::OutFolder;
 use cvr::experiment::identity;
+use cvr::experiment::outcome::Outcome;
 use cvr::experiment::provenance::Provenance;
 use cvr::experiment::record::{Record, Status};
 use cvr::experiment::results::Results;
-use cvr::experiment::runner::{Outcome, Run};
-use cvr::experiment::target::Target;
+use cvr::experiment::run::Run;
 use cvr::experiment::volumes::load;
 use cvr::registry::Names;
+use cvr::site::target::Target;
 use cvr_core::pipeline::{Capabilities, Document, resolve};
 use cvr_engine::testing::test_device;
 

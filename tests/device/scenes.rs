@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use cvr::site::coded::CodedFrame;
+use cvr::site::picture::VoxelSource;
+use cvr::site::target::Target;
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::metrics::AgreementRule;
 use cvr_core::render::{
@@ -91,13 +94,10 @@ pub fn deferred(device: &Device, codec: &str, decoder: &dyn Decoder) -> DrawSour
 
 /// The source of a site.
 pub fn source<'a>(device: &Device, site: Site, codec: &'a str, decoder: &'a dyn Decoder) -> DrawSource<'a> {
-    match site {
-        Site::Inline => inline(codec, decoder),
-        Site::Deferred => deferred(device, codec, decoder),
-        Site::Ring => ring(codec, decoder),
-        Site::Host => host(device, decoder),
-        other => panic!("no pictures at the site {other}"),
-    }
+    let target = Target::Device(device.clone());
+    let coded = CodedFrame { codec, decoder, key: (FrameIndex::FIRST, Level::FULL) };
+    let decoded = || DecodedFrame::decode(decoder, coded.key.0).map(Arc::new).map_err(|e| e.to_string());
+    VoxelSource::prepare(&target, site, coded, &decoded).unwrap().held.source(coded).unwrap()
 }
 
 /// A raycast picture on the device, and whether its texture unit interpolated.

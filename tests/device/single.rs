@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use cvr::experiment::checked::Expected;
 use cvr::experiment::record::Record;
 use cvr::experiment::single::{Single, SingleError};
-use cvr::experiment::target::Target;
+use cvr::site::expected::Expected;
+use cvr::site::target::Target;
 use cvr_codec_tests::mutated::{Mutated, Mutation};
 use cvr_core::codec::{Block, Decoder, Site};
 use cvr_core::render::{Blending, DecodedFrame, Filter, Renderer};

@@ -88,7 +88,7 @@ impl Default for Haar {
             id: "haar",
             summary: "integer Haar transform",
             stream_version: 1,
-            sites: &[Site::Deferred, Site::Host],
+            decoded_by: &[DecodedBy::Passes, DecodedBy::Cpu],
             fetch_cell: false,
             paper: None,
             settings: &[

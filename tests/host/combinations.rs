@@ -7,14 +7,18 @@
 use std::collections::BTreeMap;
 
 use cvr::registry::{Names, renderers};
-use cvr_core::codec::{CodecInfo, Decoder, SettingKind, SettingValue, Settings, Site};
+use cvr::site::coded::CodedFrame;
+use cvr::site::target::Target;
+use cvr_core::codec::{
+    CodecInfo, DecodedBy, Decoder, Granularity, SettingKind, SettingValue, Settings, Site,
+};
 use cvr_core::pipeline::{
     Capabilities, CodecSweep, Document, Experiment, FilePath, PipelineAxes, Resolution, Sweep, Volume,
     VolumeSource, resolve,
 };
 use cvr_core::render::{Camera, ControlPoint, Filter, Pass, Projection, Renderer, TransferFunction, View};
 use cvr_core::shader::{
-    BindingKind, BindingLimits, DeferredShaders, GeneratedShader, Request, ResourceSize, ShaderError, Source,
+    BindingKind, BindingLimits, DeferredShaders, GeneratedShader, Request, ShaderError, Source,
     TextureSampling, generate, generate_decode,
 };
 use cvr_core::volume::{Axis, FrameIndex, Level, SampleType};
@@ -23,6 +27,8 @@ use rayon::prelude::*;
 use super::configs::COMPARE;
 use super::copies::{decoders, held};
 use super::volumes::{opened, varied};
+
+const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
 
 /// No multiple of any block.
 const SIZE: [u32; 3] = [7, 5, 6];
@@ -114,18 +120,19 @@ pub fn source<'a>(
     site: Site,
     sampling: TextureSampling,
 ) -> Source<'a> {
-    if matches!(site, Site::Deferred | Site::Host) {
-        return Source::Texture { form: decoder.decoded_form(), sampling, padded: None };
+    let (coded, holding) = (CodedFrame { codec, decoder, key: KEY }, cvr::site::of(site));
+    // A plan of any site; it decides nothing but the axis.
+    let renderer = cvr::registry::renderer("slicing,geometry=axis").unwrap();
+    let view = view(Filter::Linear, Projection::Perspective);
+    let plan = holding.plan(renderer.as_ref(), &view, decoder.layout()).unwrap();
+    let source = holding.source(coded, &plan, &Target::Cpu { reason: None });
+    let mut source = source.unwrap_or_else(|problem| panic!("{codec} at the site {site}: {problem}"));
+    match &mut source {
+        Source::Texture { sampling: by, .. } => *by = sampling,
+        Source::Ring { sampling: by, axis, .. } => (*by, *axis) = (sampling, Axis::Z),
+        _ => {}
     }
-    if site == Site::Ring {
-        return Source::Ring { form: decoder.decoded_form(), sampling, axis: Axis::Z };
-    }
-    let shader =
-        decoder.shader().unwrap_or_else(|| panic!("{codec} offers the site inline without a shader"));
-    let resources = shader.resources(FrameIndex::FIRST).unwrap();
-    let size = |r: &cvr_core::codec::Resource<'_>| ResourceSize { name: r.name, words: r.words.len() as u64 };
-    let resources = resources.iter().map(size).collect();
-    Source::Inline { codec, module: shader.module(), resources, frame: FrameIndex::FIRST, level: Level::FULL }
+    source
 }
 
 /// The shader of the one pass of a picture.
@@ -193,20 +200,22 @@ fn pictures(
             for cell in cells {
                 // With settings a renderer is here for the ring; its other shaders are those of its defaults, as far as
                 // a codec can tell.
-                if cell.renderer.contains(',') && cell.site != Site::Ring {
+                if cell.renderer.contains(',') && cell.site.granularity() != Granularity::Layer {
                     continue;
                 }
                 let renderer = cvr::registry::renderer(&cell.renderer).unwrap();
                 for projection in [Projection::Perspective, Projection::Orthographic] {
                     for sampling in [TextureSampling::Hardware, TextureSampling::Manual] {
-                        if cell.site == Site::Inline && sampling == TextureSampling::Manual {
+                        if cell.site.granularity() == Granularity::Voxel
+                            && sampling == TextureSampling::Manual
+                        {
                             continue; // there is no texture to sample
                         }
                         let source = source(&cell.codec, decoder.as_ref(), cell.site, sampling);
                         let view = view(cell.filter, projection);
-                        let decoded = match cell.site {
-                            Site::Deferred => decode_pass(&cell.codec, decoder.as_ref()).map(drop),
-                            _ => Ok(()),
+                        let decoded = match cell.site.decoded_by() {
+                            DecodedBy::Passes => decode_pass(&cell.codec, decoder.as_ref()).map(drop),
+                            DecodedBy::Shader | DecodedBy::Cpu => Ok(()),
                         };
                         let drawn = shader(renderer.as_ref(), &view, decoder.as_ref(), &source);
                         let outcome = match decoded.and(drawn) {
@@ -268,7 +277,7 @@ fn the_generator_cannot_make_what_resolving_refuses() {
         let codec = names.codecs().get(&cell.codec).unwrap();
         let decoder = opened(codec.as_ref(), &cell.settings, &varied(SIZE, SampleType::U8, 1));
         let renderer = cvr::registry::renderer(&cell.renderer).unwrap();
-        if cell.site != Site::Host && decoder.shader().is_none() {
+        if cell.site.decoded_by().on_device() && decoder.shader().is_none() {
             continue; // there is nothing to generate from
         }
         let source = source(&cell.codec, decoder.as_ref(), cell.site, TextureSampling::Hardware);

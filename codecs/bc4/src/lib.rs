@@ -14,8 +14,8 @@ mod search;
 use std::sync::Arc;
 
 use cvr_core::codec::{
-    Block, Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind,
-    Settings, Site,
+    Block, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Setting,
+    SettingKind, Settings,
 };
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::Extent;
@@ -31,7 +31,7 @@ static INFO: CodecInfo = CodecInfo {
     id: "bc4",
     summary: "BC4 texture blocks: 4×4 voxels of a slice in 8 bytes, two endpoints and 3 bits per voxel",
     stream_version: 1,
-    sites: &[Site::Inline, Site::Host],
+    decoded_by: &[DecodedBy::Shader, DecodedBy::Cpu],
     fetch_cell: true,
     paper: Some(Paper {
         authors: "P. Brown (NVIDIA)",

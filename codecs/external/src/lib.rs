@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use cvr_core::codec::{
-    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Setting, SettingKind, Settings, Site,
+    Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Setting, SettingKind, Settings,
 };
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::SampleType;
@@ -32,7 +32,7 @@ static INFO: CodecInfo = CodecInfo {
     id: "external",
     summary: "any compressor that runs as a command on raw files; its `name` distinguishes it",
     stream_version: 1,
-    sites: &[Site::Host],
+    decoded_by: &[DecodedBy::Cpu],
     fetch_cell: false,
     paper: None,
     settings: &[

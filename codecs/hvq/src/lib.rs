@@ -17,8 +17,8 @@ use std::sync::Arc;
 use cvr_codebook::Initial;
 use cvr_codebook::blocks::Draw;
 use cvr_core::codec::{
-    Block, Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind,
-    Settings, Site,
+    Block, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Setting,
+    SettingKind, Settings,
 };
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::Extent;
@@ -41,7 +41,7 @@ static INFO: CodecInfo = CodecInfo {
     id: "hvq",
     summary: "means of blocks of 4³ voxels, and codebooks of the differences of sub-blocks and of voxels",
     stream_version: 1,
-    sites: &[Site::Inline, Site::Host],
+    decoded_by: &[DecodedBy::Shader, DecodedBy::Cpu],
     fetch_cell: true,
     paper: Some(Paper {
         authors: "J. Schneider, R. Westermann",

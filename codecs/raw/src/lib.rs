@@ -10,7 +10,7 @@ mod form;
 use std::sync::Arc;
 
 use cvr_core::codec::{
-    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Setting, SettingKind, Settings, Site,
+    Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Setting, SettingKind, Settings,
 };
 use cvr_core::container::EncodedVolume;
 
@@ -23,7 +23,7 @@ static INFO: CodecInfo = CodecInfo {
     id: "raw",
     summary: "uncompressed samples: native, 8 bits over the value range, or half precision",
     stream_version: 1,
-    sites: &[Site::Inline, Site::Host],
+    decoded_by: &[DecodedBy::Shader, DecodedBy::Cpu],
     fetch_cell: false,
     paper: None,
     settings: &[Setting {

@@ -12,7 +12,8 @@ mod geometry;
 use std::sync::Arc;
 
 use cvr_core::codec::{
-    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind, Settings, Site,
+    Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Setting, SettingKind,
+    Settings,
 };
 use cvr_core::container::EncodedVolume;
 
@@ -28,7 +29,7 @@ static INFO: CodecInfo = CodecInfo {
     id: "s3dc",
     summary: "block minimum and maximum, and 1, 2, 4 or 8 bits per voxel between them",
     stream_version: 1,
-    sites: &[Site::Inline, Site::Host],
+    decoded_by: &[DecodedBy::Shader, DecodedBy::Cpu],
     fetch_cell: true,
     paper: Some(Paper {
         authors: "H. Yela, I. Navazo, P.-P. Vázquez",

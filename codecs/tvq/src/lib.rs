@@ -33,7 +33,7 @@ mod variable;
 use std::sync::Arc;
 
 use cvr_core::codec::{
-    Block, Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Settings, Site,
+    Block, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Settings,
 };
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::Extent;
@@ -53,7 +53,7 @@ static INFO: CodecInfo = CodecInfo {
     id: "tvq",
     summary: "a mean per block, and a sum of codewords: inverse transforms by class and partition",
     stream_version: 2,
-    sites: &[Site::Inline, Site::Host],
+    decoded_by: &[DecodedBy::Shader, DecodedBy::Cpu],
     fetch_cell: true,
     paper: Some(Paper {
         authors: "N. Fout, K.-L. Ma",

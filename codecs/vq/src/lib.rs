@@ -13,7 +13,8 @@ use std::sync::Arc;
 use cvr_codebook::Initial;
 use cvr_codebook::blocks::Draw;
 use cvr_core::codec::{
-    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind, Settings, Site,
+    Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Setting, SettingKind,
+    Settings,
 };
 use cvr_core::container::EncodedVolume;
 
@@ -30,7 +31,7 @@ static INFO: CodecInfo = CodecInfo {
     id: "vq",
     summary: "one codebook of blocks of voxels, and one index per block",
     stream_version: 1,
-    sites: &[Site::Inline, Site::Host],
+    decoded_by: &[DecodedBy::Shader, DecodedBy::Cpu],
     fetch_cell: true,
     paper: Some(Paper {
         authors: "P. Ning, L. Hesselink",

@@ -14,8 +14,8 @@ mod planes;
 use std::sync::Arc;
 
 use cvr_core::codec::{
-    Block, Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Setting, SettingKind,
-    Settings, Site,
+    Block, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Setting,
+    SettingKind, Settings,
 };
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::Extent;
@@ -29,7 +29,7 @@ static INFO: CodecInfo = CodecInfo {
     id: "zfp",
     summary: "blocks of 4³ voxels under one exponent, transformed, bit plane by bit plane to a fixed rate",
     stream_version: 1,
-    sites: &[Site::Inline, Site::Host],
+    decoded_by: &[DecodedBy::Shader, DecodedBy::Cpu],
     fetch_cell: true,
     paper: Some(Paper {
         authors: "P. Lindstrom",

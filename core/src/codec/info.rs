@@ -1,46 +1,6 @@
 //! What a codec says of itself.
 
-use super::{Setting, SettingValue, Settings};
-use serde::{Deserialize, Serialize};
-
-/// Where voxels are decoded.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum Site {
-    /// In the shader, at every fetch.
-    Inline,
-    /// On the device, a whole frame at once, into a texture: by passes of the codec's own ([`super::FrameDecode`]) or
-    /// by the shader of [`Site::Inline`]. The CPU mirror, which has no textures, decodes a frame as at [`Site::Host`].
-    Deferred,
-    /// On the device, layer by layer in every frame, into a ring of four layers from which slices are drawn as far as
-    /// they reach: by the shader of [`Site::Inline`]. The CPU mirror draws as at [`Site::Deferred`].
-    Ring,
-    /// On the CPU, into a texture.
-    Host,
-}
-
-impl Site {
-    /// All sites that a pipeline may name.
-    pub const ALL: [Self; 4] = [Self::Inline, Self::Deferred, Self::Ring, Self::Host];
-
-    /// Name used in TOML and in records.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Inline => "inline",
-            Self::Deferred => "deferred",
-            Self::Ring => "ring",
-            Self::Host => "host",
-        }
-    }
-}
-
-impl std::fmt::Display for Site {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
+use super::{DecodedBy, Setting, SettingValue, Settings, Site};
 
 /// The publication that a codec follows.
 #[derive(Copy, Clone, Debug)]
@@ -62,9 +22,8 @@ pub struct CodecInfo {
     pub summary: &'static str,
     /// Version of the stream that the encoder writes; decoders read it and all earlier ones.
     pub stream_version: u32,
-    /// Where its volumes can be decoded, apart from what follows by itself: see [`CodecInfo::offers`]. *Inline* asks for
-    /// [`super::Decoder::shader`], *deferred* without it for [`super::Decoder::frame_decode`].
-    pub sites: &'static [Site],
+    /// Who can decode its volumes. The sites follow from it: see [`CodecInfo::offers`].
+    pub decoded_by: &'static [DecodedBy],
     /// Whether the snippet declares `<id>_fetch_cell`, which filter `optimised-linear` needs.
     pub fetch_cell: bool,
     /// What it follows.
@@ -83,12 +42,16 @@ impl CodecInfo {
         self.settings.iter().map(|s| (s.name.to_owned(), SettingValue::from(s.default))).collect()
     }
 
-    /// Whether its volumes can be decoded there. Whoever decodes one voxel in a shader decodes all of them, so that
-    /// *deferred* and *ring* come with *inline*; a codec that only rebuilds whole frames lists *deferred* alone.
+    /// Whether its volumes can be decoded at a site. A shader that decodes one voxel decodes a whole frame too, in a pass
+    /// that calls it for every voxel.
     #[must_use]
     pub fn offers(&self, site: Site) -> bool {
-        let needed = if matches!(site, Site::Deferred | Site::Ring) { Site::Inline } else { site };
-        self.sites.contains(&site) || self.sites.contains(&needed)
+        let can = |by| self.decoded_by.contains(&by);
+        match site.decoded_by() {
+            DecodedBy::Shader => can(DecodedBy::Shader),
+            DecodedBy::Passes => can(DecodedBy::Passes) || can(DecodedBy::Shader),
+            DecodedBy::Cpu => can(DecodedBy::Cpu),
+        }
     }
 
     /// All sites where its volumes can be decoded, in the order of [`Site::ALL`].

@@ -16,6 +16,7 @@ mod region;
 mod registry;
 mod settings;
 mod shader_decode;
+mod site;
 mod stream;
 
 pub(crate) use all_frames::Decoded;
@@ -27,7 +28,7 @@ pub use encode_file::{encode_file, encode_temporary};
 pub use error::{ConfigError, DecodeError, EncodeError};
 pub use frame_decode::{FrameDecode, FramePass, FramePasses, Scratch, ScratchUse, deferred_agreement};
 pub use frame_store::{FrameStore, References};
-pub use info::{CodecInfo, Paper, Site};
+pub use info::{CodecInfo, Paper};
 pub use parity::{Mismatch, Parity};
 pub use pieces::decode_pieces;
 pub use region::decode_region;
@@ -37,6 +38,7 @@ pub use shader_decode::{
     Agreement, Constant, ConstantValue, DecodedForm, Resource, ShaderDecode, TexelFormat, VoxelDump,
     WgslModule,
 };
+pub use site::{DecodedBy, Granularity, Site};
 pub use stream::{check_key, check_key_at, check_stream};
 
 use std::fmt::Debug;

@@ -32,7 +32,7 @@ use std::sync::Arc;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::codec::{Codec, ConfigError, EncodeError, Settings, Site, VoxelDump, encode_temporary};
+use crate::codec::{Codec, ConfigError, EncodeError, Settings, VoxelDump, encode_temporary};
 use crate::container::EncodedVolume;
 use crate::volume::FiniteVolume;
 
@@ -96,9 +96,9 @@ fn chosen(codec: &dyn Codec, settings: &Settings) -> impl Iterator<Item = Subjec
     subjects(volumes::block_of(codec, settings)).into_iter().filter(|subject| subject.tamper).step_by(3)
 }
 
-/// Whether a codec has sites at which a shader of its own decodes.
+/// Whether a shader of the codec decodes its volumes.
 fn has_shader(codec: &dyn Codec) -> bool {
-    [Site::Inline, Site::Deferred, Site::Ring].iter().any(|site| codec.info().sites.contains(site))
+    codec.info().decoded_by.iter().any(|by| by.on_device())
 }
 
 /// One encoded subject, and what the properties compare it with.

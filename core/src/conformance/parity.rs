@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::decoded::Decoded;
 use super::{Case, Property, Report};
-use crate::codec::{Agreement, Decoder, FrameStore, Parity, Site, VoxelDump};
+use crate::codec::{Agreement, DecodedBy, Decoder, FrameStore, Parity, VoxelDump};
 use crate::volume::{FrameIndex, Level};
 
 /// Dumps every frame, through `fetch` and, where there is one, `fetch_cell`; and as the codec's own passes rebuild it.
@@ -13,9 +13,9 @@ pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
     let Ok(decoder) = case.codec.decoder(Arc::clone(&case.stream)) else { return };
     let decoder = FrameStore::open(decoder.into(), u64::MAX);
     let (voxel, frame) = (decoder.shader(), decoder.frame_decode());
-    let lacks_voxel = voxel.is_none() && info.sites.contains(&Site::Inline);
+    let lacks_voxel = voxel.is_none() && info.decoded_by.contains(&DecodedBy::Shader);
     report.check(Property::Parity, !lacks_voxel, || "site inline, but no shader".to_owned());
-    let lacks_frame = voxel.is_none() && frame.is_none() && info.sites.contains(&Site::Deferred);
+    let lacks_frame = voxel.is_none() && frame.is_none() && info.decoded_by.contains(&DecodedBy::Passes);
     report
         .check(Property::Parity, !lacks_frame, || "site deferred, but neither passes nor shader".to_owned());
     let mut paths: Vec<Path> = Vec::new();

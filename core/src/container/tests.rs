@@ -8,7 +8,7 @@ const INFO: CodecInfo = CodecInfo {
     id: "probe",
     summary: "",
     stream_version: 1,
-    sites: &[],
+    decoded_by: &[],
     fetch_cell: false,
     paper: None,
     settings: &[],

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 
 use super::{Cell, CodecSweep, Experiment, Known, PipelineAxes, Sweep};
-use crate::codec::{Codec, CodecInfo, Registry, Settings, Site};
+use crate::codec::{Codec, CodecInfo, Granularity, Registry, Settings, Site};
 use crate::render::{Filter, RendererInfo};
 
 /// What this machine and build cannot do; the default is that nothing is lacking.
@@ -45,13 +45,16 @@ pub enum Reason {
         /// The sites that it offers.
         offered: Vec<Site>,
     },
-    /// [`Filter::OptimisedLinear`] away from the site inline: the codec is not asked when a texture is filtered.
+    /// [`Filter::OptimisedLinear`] at a site that does not decode voxel by voxel: the codec is not asked when decoded voxels
+    /// are filtered.
     FilterNeedsInline {
         /// The site asked for.
         site: Site,
     },
-    /// The renderer, with these settings, does not draw from a ring of layers.
+    /// The renderer, with these settings, does not draw layer by layer.
     NoLayers {
+        /// The site asked for.
+        site: Site,
         /// Label of the renderer.
         renderer: String,
         /// Labels with which renderers of this build do.
@@ -104,12 +107,11 @@ impl fmt::Display for Reason {
                  filter linear, or site inline",
                 Filter::OptimisedLinear
             ),
-            Self::NoLayers { renderer, offered } => {
+            Self::NoLayers { site, renderer, offered } => {
                 let offered = if offered.is_empty() { "none".to_owned() } else { offered.join(" or ") };
                 write!(
                     f,
-                    "site {}: renderer {renderer} does not draw layer by layer; renderers that do: {offered}",
-                    Site::Ring
+                    "site {site}: renderer {renderer} does not draw layer by layer; renderers that do: {offered}"
                 )
             }
             Self::NoFetchCell { codec, offered } => {
@@ -263,12 +265,14 @@ pub fn unsupported(codecs: &Registry, info: &CodecInfo, site: Site, filter: Filt
         return Some(Reason::Site { codec: info.id.to_owned(), site, offered });
     }
     match filter {
-        Filter::OptimisedLinear if site != Site::Inline => Some(Reason::FilterNeedsInline { site }),
+        Filter::OptimisedLinear if site.granularity() != Granularity::Voxel => {
+            Some(Reason::FilterNeedsInline { site })
+        }
         Filter::OptimisedLinear if !info.fetch_cell => {
             let offered = codecs.iter().map(|c| c.info()).filter(|i| i.fetch_cell).map(|i| i.id.to_owned());
             Some(Reason::NoFetchCell { codec: info.id.to_owned(), offered: offered.collect() })
         }
-        _ => None,
+        Filter::Nearest | Filter::Linear | Filter::OptimisedLinear => None,
     }
 }
 
@@ -294,11 +298,15 @@ pub fn missing_level(
 /// Why a renderer of this label cannot draw from a site, by what the renderers say of themselves; `None` when it can.
 #[must_use]
 pub fn undrawable(label: &str, site: Site, renderers: &[&RendererInfo]) -> Option<Reason> {
-    if site != Site::Ring || renderers.iter().any(|info| info.draws_layers(label)) {
-        return None;
+    match site.granularity() {
+        // Every renderer asks for single voxels, wherever they lie.
+        Granularity::Voxel | Granularity::Brick | Granularity::Frame => None,
+        Granularity::Layer if renderers.iter().any(|info| info.draws_layers(label)) => None,
+        Granularity::Layer => {
+            let offered = renderers.iter().filter_map(|info| info.layers_label()).collect();
+            Some(Reason::NoLayers { site, renderer: label.to_owned(), offered })
+        }
     }
-    let offered = renderers.iter().filter_map(|info| info.layers_label()).collect();
-    Some(Reason::NoLayers { renderer: label.to_owned(), offered })
 }
 
 fn site_problem(site: Site, capabilities: &Capabilities) -> Option<Reason> {

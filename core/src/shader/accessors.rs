@@ -116,18 +116,18 @@ impl<'a> Accessors<'a> {
     }
 }
 
-/// Bindings of a codec's buffers, and the accessors through which its snippet reads them.
+/// Bindings of buffers, and the accessors through which WGSL reads them. Their names begin with `prefix`; errors name the
+/// owner.
 pub fn resource_accessors(
-    codec: &str,
+    (owner, prefix): (&str, &str),
     resources: &[ResourceSize],
     limits: BindingLimits,
     storage_used: u32,
 ) -> Result<(String, Vec<Binding>), ShaderError> {
-    let owner = format!("codec `{codec}`");
-    let mut accessors = Accessors::new(&owner, limits);
+    let mut accessors = Accessors::new(owner, limits);
     for (resource, ResourceSize { name, words }) in resources.iter().enumerate() {
         let read = Access { read: true, write: false };
-        accessors.add(&format!("{codec}_{name}"), "", *words, read, |first, words| BindingKind::Words {
+        accessors.add(&format!("{prefix}_{name}"), "", *words, read, |first, words| BindingKind::Words {
             resource,
             first,
             words,

@@ -33,7 +33,11 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
 fn in_form(request: &Request<'_>, form: Form) -> Result<GeneratedShader, ShaderError> {
     let mut out = Text::default();
     out.generated("the volume", &text::volume_constants(request.layout));
-    let calls = |function: &str| request.templates.iter().any(|t| t.source.contains(function));
+    let own = match &request.source {
+        Source::Buffers { modules, .. } => *modules,
+        Source::Inline { .. } | Source::Frame { .. } | Source::Texture { .. } | Source::Ring { .. } => &[],
+    };
+    let calls = |function: &str| request.templates.iter().chain(own).any(|t| t.source.contains(function));
     let (voxel, channels) = match request.layout.channels {
         1 => (shaders::VOXEL_SCALAR, shaders::CHANNEL_SCALAR),
         _ => (shaders::VOXEL_RGB, shaders::CHANNEL_RGB),
@@ -64,8 +68,13 @@ fn in_form(request: &Request<'_>, form: Form) -> Result<GeneratedShader, ShaderE
             let cell = by_cells || calls("voxel_cell(");
             // The other filters fetch single voxels.
             let fetch = request.filter.is_some() && !by_cells || calls("voxel_fetch(");
-            let (accessors, parts) =
-                accessors::resource_accessors(codec, resources, request.limits, storage_of(&bindings))?;
+            let owner = format!("codec `{codec}`");
+            let (accessors, parts) = accessors::resource_accessors(
+                (&owner, codec),
+                resources,
+                request.limits,
+                storage_of(&bindings),
+            )?;
             bindings.extend(parts);
             let constants = text::codec_constants(codec, &module.constants)?;
             out.generated(&format!("constants of codec {codec}"), &constants);
@@ -90,6 +99,19 @@ fn in_form(request: &Request<'_>, form: Form) -> Result<GeneratedShader, ShaderE
             bindings.extend(parts);
             out.generated("the frame that the codec's passes have rebuilt", &declarations);
             out.template(shaders::DEFERRED_FRAME);
+        }
+        Source::Buffers { name, modules, constants, buffers } => {
+            let owner = format!("what holds the volume (`{name}`)");
+            let (accessors, parts) = accessors::resource_accessors(
+                (&owner, name),
+                buffers,
+                request.limits,
+                storage_of(&bindings),
+            )?;
+            bindings.extend(parts);
+            out.generated(&format!("constants of {name}"), &text::codec_constants(name, constants)?);
+            out.generated(&format!("buffers of {name}"), &accessors);
+            modules.iter().for_each(|module| out.template(*module));
         }
         Source::Texture { form, sampling, padded } => {
             let hardware = *sampling == TextureSampling::Hardware && request.filter == Some(Filter::Linear);

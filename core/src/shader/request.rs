@@ -1,7 +1,7 @@
 //! What the generator is asked, and what it answers.
 
 use super::{Form, Segment};
-use crate::codec::{DecodedForm, Resource, TexelFormat, WgslModule};
+use crate::codec::{Constant, DecodedForm, Resource, TexelFormat, WgslModule};
 use crate::render::{Filter, SegmentSearch, Template};
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
 
@@ -56,6 +56,17 @@ pub enum Source<'a> {
         sampling: TextureSampling,
         /// What layers lie across.
         axis: Axis,
+    },
+    /// Held in buffers of words, from which modules of the holder's own fetch voxels.
+    Buffers {
+        /// What the names of constants and accessors begin with.
+        name: &'a str,
+        /// The modules. One of them declares `voxel_fetch(p: vec3<i32>) -> Voxel`.
+        modules: &'a [Template],
+        /// Constants that the generator declares as `<name>_<constant>`.
+        constants: Vec<Constant>,
+        /// The buffers, whose words the modules read as `<name>_<buffer>(i)`.
+        buffers: Vec<ResourceSize>,
     },
     /// Decoded before, into a 3-D texture.
     Texture {

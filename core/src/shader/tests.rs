@@ -272,6 +272,43 @@ fn a_ring_is_sampled_around_its_third_axis() {
     assert!(make(TextureSampling::Hardware, Filter::OptimisedLinear, Axis::Z).is_err());
 }
 
+/// What holds a volume in buffers brings modules of its own, and nothing else reads voxels.
+#[test]
+fn modules_fetch_voxels_from_buffers_of_their_own() {
+    let picture = picture();
+    let fetch = "fn voxel_fetch(p: vec3<i32>) -> Voxel {
+    return voxel_of(vec4<f32>(f32(flat_words(u32(p.x) % flat_edge))));
+}";
+    let modules = [Template { file: "shaders/source/flat.wgsl", source: fetch }];
+    let make = |words, filter, limits| {
+        generate(&Request {
+            templates: &RAYCAST,
+            entry: "raycast",
+            bindings: &picture,
+            layout: &layout(),
+            source: Source::Buffers {
+                name: "flat",
+                modules: &modules,
+                constants: vec![Constant { name: "edge", value: ConstantValue::U32(8) }],
+                buffers: vec![ResourceSize { name: "words", words }],
+            },
+            filter: Some(filter),
+            limits,
+        })
+    };
+    let limits = BindingLimits { storage_words: 1000, storage_buffers: 8 };
+    for filter in [Filter::Nearest, Filter::Linear] {
+        let shader = make(1500, filter, limits).unwrap();
+        assert!(shader.wgsl.contains("const flat_edge: u32 = 8u;"));
+        let words = |first, words| BindingKind::Words { resource: 0, first, words };
+        let kinds: Vec<_> = shader.bindings.into_iter().filter(|b| b.group == 1).map(|b| b.kind).collect();
+        assert_eq!(kinds, [words(0, 1000), words(1000, 500)]);
+    }
+    assert!(make(8, Filter::OptimisedLinear, limits).is_err());
+    let error = make(8000, Filter::Linear, limits).unwrap_err().to_string();
+    assert!(error.contains("`flat`") && error.contains("needs 9 storage buffers"), "{error}");
+}
+
 #[test]
 fn the_nearest_filter_breaks_ties_as_its_mirror_does() {
     let constant = format!("const nearest_tie: f32 = {:?};", Filter::NEAREST_TIE);

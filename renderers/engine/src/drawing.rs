@@ -50,7 +50,7 @@ enum Runnable {
 
 impl Drawing {
     /// Generates and compiles the shaders of `plan`, and uploads what they read. For a source *inline* or *ring* that is
-    /// the codec's buffers; a texture is shared. A plan that draws layer by layer goes with a source *ring*, and with no
+    /// the codec's buffers, for buffers these; a texture is shared. A plan that draws layer by layer goes with a source *ring*, and with no
     /// other.
     ///
     /// # Errors

@@ -39,5 +39,5 @@ pub use decoding::FrameDecoder;
 pub use device::Device;
 pub use drawing::{Drawing, RayPieces};
 pub use error::EngineError;
-pub use source::DrawSource;
+pub use source::{DrawSource, VolumeBuffers};
 pub use texture::VolumeTexture;

@@ -1,8 +1,9 @@
 //! Where a drawing's voxels come from.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use cvr_core::codec::{Decoder, Resource};
+use cvr_core::codec::{Constant, Decoder, Resource};
 use cvr_core::render::{Filter, Template};
 use cvr_core::shader::{
     BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, ShaderError, Source, generate,
@@ -39,6 +40,36 @@ pub enum DrawSource<'a> {
     },
     /// Decoded before, on the CPU or the device.
     Texture(Arc<VolumeTexture>),
+    /// Held in buffers that modules of the holder's own read.
+    Buffers(Arc<VolumeBuffers>),
+}
+
+/// A frame in buffers of words, and the modules that fetch its voxels ([`Source::Buffers`]).
+#[derive(Clone, Debug)]
+pub struct VolumeBuffers {
+    /// Shape of the volume.
+    pub layout: VolumeLayout,
+    /// What the names of constants and accessors begin with.
+    pub name: &'static str,
+    /// The modules.
+    pub modules: &'static [Template],
+    /// Their constants.
+    pub constants: Vec<Constant>,
+    /// Their buffers.
+    pub buffers: Vec<Resource<'static>>,
+}
+
+impl VolumeBuffers {
+    /// As the shader generator wants it.
+    #[must_use]
+    pub fn source(&self) -> Source<'static> {
+        Source::Buffers {
+            name: self.name,
+            modules: self.modules,
+            constants: self.constants.clone(),
+            buffers: self.buffers.iter().map(ResourceSize::of).collect(),
+        }
+    }
 }
 
 /// A source as the generator and the bindings want it.
@@ -72,6 +103,7 @@ impl DrawSource<'_> {
                 decoder.layout().at_resolution(level.resolution)
             }
             Self::Texture(texture) => texture.layout().clone(),
+            Self::Buffers(volume) => volume.layout.clone(),
         }
     }
 
@@ -96,6 +128,13 @@ impl DrawSource<'_> {
             }
             Self::Texture(texture) => {
                 Ok(Voxels { layout, source: texture.source(), buffers: Vec::new(), texture: Some(texture) })
+            }
+            Self::Buffers(volume) => {
+                let buffers = volume.buffers.iter();
+                let buffers = buffers
+                    .map(|buffer| Resource { name: buffer.name, words: Cow::Borrowed(&*buffer.words) })
+                    .collect();
+                Ok(Voxels { layout, source: volume.source(), buffers, texture: None })
             }
         }
     }

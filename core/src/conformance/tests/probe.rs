@@ -51,10 +51,10 @@ impl Probe {
             id: "probe",
             summary: "single-precision samples",
             stream_version: 1,
-            sites: match flaw {
-                Flaw::NothingDeferred => &[Site::Deferred, Site::Host],
-                Flaw::UnlistedPasses => &[Site::Host],
-                _ => &[Site::Inline, Site::Host],
+            decoded_by: match flaw {
+                Flaw::NothingDeferred => &[DecodedBy::Passes, DecodedBy::Cpu],
+                Flaw::UnlistedPasses => &[DecodedBy::Cpu],
+                _ => &[DecodedBy::Shader, DecodedBy::Cpu],
             },
             fetch_cell: false,
             paper: None,

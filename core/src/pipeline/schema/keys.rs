@@ -71,7 +71,7 @@ fn renderer_settings<'a>(known: &Known<'a>) -> Vec<(&'a Setting, Vec<String>)> {
 fn pipeline(known: &Known<'_>) -> Table {
     let axis = |words| Shape::Axis(Box::new(Shape::Words(words)));
     let renderers = known.renderers.iter().map(|r| (r.id.to_owned(), r.summary.to_owned())).collect();
-    let sites = Site::ALL.map(|site| (site.name().to_owned(), words::site(site).to_owned()));
+    let sites = Site::ALL.map(|site| (site.name().to_owned(), site.summary().to_owned()));
     let filters = Filter::ALL.map(|filter| (filter.name().to_owned(), words::filter(filter).to_owned()));
     let mut keys = vec![
         Key::required("renderer", axis(renderers), "What draws"),

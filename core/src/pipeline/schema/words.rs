@@ -1,19 +1,6 @@
 //! What the words of a configuration mean, where the thing itself does not say it.
 
-use crate::codec::Site;
 use crate::render::Filter;
-
-/// A decode site.
-pub(super) const fn site(site: Site) -> &'static str {
-    match site {
-        Site::Inline => "in the shader, at every fetch",
-        Site::Deferred => "on the device, a whole frame at once, into a texture",
-        Site::Ring => {
-            "on the device, layer by layer in every frame, into a ring of four: of renderer slicing with geometry axis"
-        }
-        Site::Host => "on the CPU, into a texture",
-    }
-}
 
 /// A filter.
 pub(super) const fn filter(filter: Filter) -> &'static str {

@@ -16,8 +16,8 @@ use std::sync::Arc;
 use super::schema::tests::agrees;
 use super::{Document, Experiment, Known};
 use crate::codec::{
-    Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Registry, Setting, SettingKind, Settings,
-    Site,
+    Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Registry, Setting, SettingKind,
+    Settings,
 };
 use crate::container::EncodedVolume;
 use crate::render::RendererInfo;
@@ -71,7 +71,7 @@ pub(super) fn registry() -> Registry {
         id: "raw",
         summary: "",
         stream_version: 1,
-        sites: &[Site::Inline, Site::Host],
+        decoded_by: &[DecodedBy::Shader, DecodedBy::Cpu],
         fetch_cell: false,
         paper: None,
         settings: &[],
@@ -105,7 +105,7 @@ pub(super) fn registry() -> Registry {
         ],
         ..info.clone()
     };
-    let tape = CodecInfo { id: "tape", sites: &[Site::Host], ..info };
+    let tape = CodecInfo { id: "tape", decoded_by: &[DecodedBy::Cpu], ..info };
     let mut registry = Registry::default();
     for info in [raw, s3dc, tape] {
         registry.register(Arc::new(FakeCodec(info))).unwrap();

@@ -1,6 +1,7 @@
 //! Cells, their order and names, and refusals.
 
 use super::*;
+use crate::codec::Site;
 use crate::pipeline::{Capabilities, Cell, Reason, Resolution, resolve};
 
 fn resolved(text: &str, overrides: &[&str], capabilities: &Capabilities) -> Resolution {

@@ -59,7 +59,7 @@ impl RayWalk {
         let shader = voxels.shader(template, Some(filter), device.binding_limits());
         let texture = match source {
             DrawSource::Texture(texture) => Some(Arc::clone(texture)),
-            DrawSource::Inline { .. } | DrawSource::Ring { .. } => None,
+            DrawSource::Inline { .. } | DrawSource::Ring { .. } | DrawSource::Buffers(_) => None,
         };
         Some(Self { pass, shader, image: image.clone(), parts, texture, settled: OnceLock::new() })
     }

@@ -1,13 +1,13 @@
 use std::sync::Arc;
 
-use cvr_core::codec::{DecodedForm, Decoder, TexelFormat};
+use cvr_core::codec::{Constant, ConstantValue, DecodedForm, Decoder, Resource, TexelFormat};
 use cvr_core::render::{ComputePass, Input, LayerStep, ProxyVertex, RasterPass, Rays, Template};
 use cvr_core::volume::{Axis, FrameIndex, Level};
 
 use super::*;
-use crate::VolumeTexture;
 use crate::testing::{another_device, test_device};
 use crate::toy::Toy;
+use crate::{VolumeBuffers, VolumeTexture};
 
 /// Paints slice `view.z` of the volume, one pixel per voxel, tinted by the first entry of the table.
 const PAINT: Template = Template {
@@ -61,6 +61,31 @@ fn expect(toy: &Toy, slices: [usize; 2], image: &Image, tolerance: f32) {
     }
 }
 
+/// The values of a toy, last voxel first.
+fn buffers(toy: &Toy) -> DrawSource<'static> {
+    const FETCH: Template = Template {
+        file: "shaders/reversed.wgsl",
+        source: "\
+fn voxel_fetch(p: vec3<i32>) -> Voxel {
+    let v = vec3<u32>(p);
+    let i = (v.z * volume_extent.y + v.y) * volume_extent.x + v.x;
+    return voxel_of(vec4<f32>(f32(reversed_words(reversed_last - i))));
+}
+",
+    };
+    let last = toy.words.len() as u32 - 1;
+    DrawSource::Buffers(Arc::new(VolumeBuffers {
+        layout: toy.layout.clone(),
+        name: "reversed",
+        modules: &[FETCH],
+        constants: vec![Constant { name: "last", value: ConstantValue::U32(last) }],
+        buffers: vec![Resource {
+            name: "words",
+            words: toy.words.iter().rev().copied().collect::<Vec<_>>().into(),
+        }],
+    }))
+}
+
 #[test]
 fn all_sources_and_filters_paint_the_same_slice() {
     let Some(device) = test_device("drawing::sources_and_filters") else { return };
@@ -74,6 +99,8 @@ fn all_sources_and_filters_paint_the_same_slice() {
         (inline(&toy), Filter::Nearest, 2.9, [2, 2], 0.0),
         (inline(&toy), Filter::Linear, 2.0, [1, 2], 0.01),
         (inline(&toy), Filter::OptimisedLinear, 2.0, [1, 2], 0.01),
+        (buffers(&toy), Filter::Nearest, 2.9, [2, 2], 0.0),
+        (buffers(&toy), Filter::Linear, 2.0, [1, 2], 0.01),
         (texture.clone(), Filter::Nearest, 2.9, [2, 2], 0.01),
         (manual, Filter::Linear, 2.0, [1, 2], 0.01),
         (texture, Filter::Linear, 2.0, [1, 2], 65535.0 / 255.0),

@@ -2,12 +2,23 @@
 
 use std::fmt;
 
-use cvr_core::codec::{BlockFormat, DecodedForm, Decoder, TexelFormat};
+use cvr_core::codec::{BlockFormat, BlockTexture, DecodedForm, TexelFormat};
 use cvr_core::shader::{Source, TextureSampling};
-use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::{BlockFallback, TextureChoice};
 
+use super::coded::CodedFrame;
 use super::target::{DrawError, Target};
+
+/// The blocks of a frame that this device's texture units decode, or why not; `None` where the codec has no such blocks,
+/// and for the mirror.
+#[must_use]
+pub fn blocks<'d>(target: &Target, coded: CodedFrame<'d>) -> Option<Result<BlockTexture<'d>, BlockFallback>> {
+    let Target::Device(device) = target else { return None };
+    let CodedFrame { decoder, key: (frame, level), .. } = coded;
+    let blocks = decoder.block_texture(frame, level)?;
+    let takes = device.capabilities().blocks(blocks.format, decoder.layout().channels);
+    Some(takes.map(|()| blocks))
+}
 
 /// What holds a frame at the site *host*.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -35,14 +46,14 @@ impl HostTexture {
     ///
     /// # Errors
     /// When the device has no texture for such a volume.
-    pub fn of(target: &Target, decoder: &dyn Decoder, key: (FrameIndex, Level)) -> Result<Self, DrawError> {
-        let layout = decoder.layout().at_resolution(key.1.resolution);
-        let form = decoder.decoded_form();
+    pub fn of(target: &Target, coded: CodedFrame<'_>) -> Result<Self, DrawError> {
+        let CodedFrame { decoder, key, .. } = coded;
+        let (layout, form) = (coded.layout(), decoder.decoded_form());
         let Target::Device(device) = target else {
             let blocks = decoder.block_texture(key.0, key.1).filter(|_| layout.channels == 1);
             return Ok(Self::Mirror { blocks: blocks.map(|blocks| blocks.format), texels: form.format });
         };
-        let blocks = match target.blocks(decoder, key) {
+        let blocks = match blocks(target, coded) {
             Some(Ok(blocks)) => return Ok(Self::Blocks(blocks.format)),
             Some(Err(reason)) => Some(reason),
             None => None,
@@ -52,7 +63,8 @@ impl HostTexture {
 
     /// What the shader that draws is generated for.
     #[must_use]
-    pub fn source(&self, decoder: &dyn Decoder, (frame, level): (FrameIndex, Level)) -> Source<'static> {
+    pub fn source(&self, coded: CodedFrame<'_>) -> Source<'static> {
+        let CodedFrame { decoder, key: (frame, level), .. } = coded;
         let plain = Source::Texture {
             form: decoder.decoded_form(),
             sampling: TextureSampling::Hardware,
@@ -65,7 +77,7 @@ impl HostTexture {
             }
             Self::Blocks(format) => {
                 let Some(blocks) = decoder.block_texture(frame, level) else { return plain };
-                let extent = decoder.layout().extent.at_resolution(level.resolution);
+                let extent = coded.layout().extent;
                 let padded = Some(format.padded(extent)).filter(|size| *size != extent.to_array());
                 // Texels of blocks read as shares of a range, as those of 8 bits do.
                 let form =
@@ -120,8 +132,8 @@ const fn texel_name(format: TexelFormat) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cvr_core::codec::encode_temporary;
-    use cvr_core::volume::{Extent, FiniteVolume, SampleType};
+    use cvr_core::codec::{Decoder, encode_temporary};
+    use cvr_core::volume::{Extent, FiniteVolume, FrameIndex, Level, SampleType};
     use cvr_engine::TextureFallback;
 
     use crate::input::{Generator, generate};
@@ -140,10 +152,14 @@ mod tests {
         codec.decoder(std::sync::Arc::new(stream)).unwrap()
     }
 
+    fn coded<'a>(codec: &'a str, decoder: &'a dyn Decoder) -> CodedFrame<'a> {
+        CodedFrame { codec, decoder, key: KEY }
+    }
+
     #[test]
     fn a_texture_says_what_it_holds_and_why() {
         let mirror = Target::Cpu { reason: None };
-        let of = |codec: &str| HostTexture::of(&mirror, decoder(codec).as_ref(), KEY).unwrap().to_string();
+        let of = |id: &str| HostTexture::of(&mirror, coded(id, decoder(id).as_ref())).unwrap().to_string();
         let start = "no texture, the CPU mirror draws from the decoded frame; a device would have ";
         assert_eq!(of("raw"), format!("{start}texels of 8-bit unorm"));
         let blocks = of("bc4");
@@ -166,7 +182,7 @@ mod tests {
     #[test]
     fn shaders_of_blocks_know_the_padding_and_those_of_texels_the_fallback() {
         let bc4 = decoder("bc4");
-        let source = |texture: HostTexture| texture.source(bc4.as_ref(), KEY);
+        let source = |texture: HostTexture| texture.source(coded("bc4", bc4.as_ref()));
         let Source::Texture { form, padded, .. } = source(HostTexture::Blocks(BlockFormat::Bc4)) else {
             panic!("no texture")
         };
