@@ -1,25 +1,19 @@
 //! The site *deferred*: what the device decodes into a texture, against what the CPU decodes and what the other sites
 //! draw.
 
-use std::sync::Arc;
-
-use cvr::site::expected::Expected;
-use cvr::site::picture::VoxelSource;
-use cvr::site::target::Target;
 use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Agreement, Decoder, Parity, Site, TexelFormat};
 use cvr_core::metrics::image_agreement;
-use cvr_core::render::{DecodedFrame, Filter};
+use cvr_core::render::Filter;
 use cvr_core::shader::BindingLimits;
 use cvr_core::volume::{FrameIndex, Level, SampleType};
 use cvr_engine::testing::test_device;
 use cvr_engine::{Device, EngineError, VolumeTexture};
 
-use super::scenes::{draw, rule, source, textured, view};
+use super::scenes::{checked, draw, rule, source, textured, view};
 use super::subjects::{ODD, codec, decoded, encoded, noise, settings};
 
 const FIRST: FrameIndex = FrameIndex::FIRST;
-const KEY: (FrameIndex, Level) = (FIRST, Level::FULL);
 
 /// Each form of texel, and each kind of arithmetic.
 const SUBJECTS: [(&str, &[(&str, &str)]); 5] = [
@@ -152,16 +146,11 @@ fn a_wrong_snippet_is_caught() {
         let mutated = Mutated::snippet(encoded(codec(id).as_ref(), &settings(pairs), &volume), from, to);
         let texels = texture(device, id, &mutated).read(device).unwrap();
         assert!(!parity(&mutated, &texels).holds(), "{id}: `{to}` goes unnoticed");
-        let frame = Arc::new(DecodedFrame::decode(&mutated, FIRST).unwrap());
-        let target = Target::Device(device.clone());
-        let expected = Expected { codec: id, decoder: &mutated, key: KEY, frame, block: None };
-        let decoded = || Ok(expected.frame.clone());
-        let held = VoxelSource::prepare(&target, Site::Deferred, expected.coded(), &decoded).unwrap().held;
-        let checked = held.check(&target, &expected, false).unwrap().unwrap();
-        let problem = checked.problem.unwrap();
+        let told = checked(device, Site::Deferred, id, &mutated);
+        let problem = told.problem.unwrap();
         assert!(
-            checked.mismatches > 0 && problem.starts_with("what the device decoded is not what"),
-            "{id}: {problem}"
+            told.mismatches > 0 && problem.starts_with("what the device decoded is not what"),
+            "{problem}"
         );
     }
     // One texel off by one.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cvr::registry::Names;
 use cvr::site::target::Target;
-use cvr_core::codec::{Decoder as _, Parity};
+use cvr_core::codec::{Decoder as _, Parity, Site};
 use cvr_core::conformance;
 use cvr_core::render::Filter;
 use cvr_core::shader::BindingLimits;
@@ -14,12 +14,11 @@ use cvr_engine::testing::test_device;
 use cvr_engine::{Device, EngineError, FrameDecoder};
 
 use super::runs::{CONFIG, find, run};
-use super::scenes::{deferred, draw, host, textured, view};
+use super::scenes::{checked, deferred, draw, host, textured, view};
 use super::subjects::{ODD, decoded, hash, noise};
 use crate::haar::{Haar, HaarDecoder, Pass};
 
 const FIRST: FrameIndex = FrameIndex::FIRST;
-const KEY: (FrameIndex, Level) = (FIRST, Level::FULL);
 
 fn decoder(device: &Device, haar: &HaarDecoder) -> Result<FrameDecoder, EngineError> {
     FrameDecoder::new(device, "haar", haar, FIRST, Level::FULL)
@@ -119,11 +118,9 @@ fn a_wrong_pass_is_caught() {
         let parity = parity(&haar, &texels(device, &haar));
         assert!(!parity.holds(), "{pass:?}: `{to}` goes unnoticed");
         // And a run's own comparison.
-        let target = Target::Device(device.clone());
-        let frame = cvr_core::render::DecodedFrame::decode(&haar, FIRST).unwrap().into();
-        let volume = target.decode("haar", &haar, KEY, &frame).unwrap();
-        let told = volume.parity(&target, &haar, KEY, &frame).unwrap().unwrap();
-        assert_eq!(told, parity, "{pass:?}");
+        let told = checked(device, Site::Deferred, "haar", &haar);
+        assert_eq!((told.mismatches, told.largest), (parity.mismatches, parity.largest), "{pass:?}");
+        assert!(told.problem.unwrap().starts_with("what the device decoded is not what"), "{pass:?}");
     }
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cvr::site::coded::CodedFrame;
+use cvr::site::expected::{Checked, Expected};
 use cvr::site::picture::VoxelSource;
 use cvr::site::target::Target;
 use cvr_core::codec::{Decoder, Site};
@@ -98,6 +99,17 @@ pub fn source<'a>(device: &Device, site: Site, codec: &'a str, decoder: &'a dyn 
     let coded = CodedFrame { codec, decoder, key: (FrameIndex::FIRST, Level::FULL) };
     let decoded = || DecodedFrame::decode(decoder, coded.key.0).map(Arc::new).map_err(|e| e.to_string());
     VoxelSource::prepare(&target, site, coded, &decoded).unwrap().held.source(coded).unwrap()
+}
+
+/// What a run's own comparison finds in a frame that a site holds.
+pub fn checked(device: &Device, site: Site, codec: &str, decoder: &dyn Decoder) -> Checked {
+    let target = Target::Device(device.clone());
+    let key = (FrameIndex::FIRST, Level::FULL);
+    let frame = Arc::new(DecodedFrame::decode(decoder, key.0).unwrap());
+    let expected = Expected { codec, decoder, key, frame, block: None };
+    let decoded = || Ok(expected.frame.clone());
+    let held = VoxelSource::prepare(&target, site, expected.coded(), &decoded).unwrap().held;
+    held.check(&target, &expected, false).unwrap().unwrap()
 }
 
 /// A raycast picture on the device, and whether its texture unit interpolated.
