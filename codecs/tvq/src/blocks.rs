@@ -2,22 +2,16 @@
 
 use std::ops::Range;
 
-use cvr_codebook::blocks::BlockRow;
 use cvr_codebook::{Quantiser, sample};
-use cvr_core::codec::{Block, EncodeError, Progress};
-use cvr_core::volume::{BrickSource, Extent, FrameIndex};
+use cvr_core::codec::{EncodeError, Progress};
+use cvr_core::kit::BlockRow;
+use cvr_core::volume::{BrickSource, FrameIndex};
 use rayon::prelude::*;
 
-use crate::geometry::{EDGE, VOXELS};
+use crate::geometry::{VOXELS, block};
 
 /// Rows of blocks that one step reads, between two looks at the progress.
 const STEP: usize = 256;
-
-/// The block of the codec.
-#[must_use]
-pub fn block() -> Block {
-    Block(Extent::cube(EDGE).unwrap_or(Extent::ONE))
-}
 
 /// Blocks of some frames and all channels that share a table.
 #[derive(Clone, Debug)]

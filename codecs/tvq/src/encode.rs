@@ -1,18 +1,20 @@
 //! The encoder: what both payloads share, from the value range to the last tensor.
 
-use cvr_codebook::blocks::value_range;
 use cvr_codebook::lbg::Stop;
 use cvr_codebook::{Quantiser, sample};
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
+use cvr_core::kit::value_range;
 use cvr_core::volume::{BrickSource, Extent, VolumeLayout};
 use serde_json::json;
 
-use crate::blocks::{Domain, block};
+use crate::blocks::Domain;
 use crate::books::{Book, Recipe};
 use crate::code::{Coder, Plane};
 use crate::fixed;
-use crate::geometry::{Geometry, Parameters, Payload, VALUE_BITS, VOXELS, block_grid, positions, sub_blocks};
+use crate::geometry::{
+    Geometry, Parameters, Payload, VALUE_BITS, VOXELS, block, block_grid, positions, sub_blocks,
+};
 use crate::payload::packed_entries;
 use crate::plan::{COARSE, fixed_bits, plan};
 use crate::settings::{CODE_BITS, MEAN_BITS, Options, Target};

@@ -1,6 +1,8 @@
 //! Decode parameters, and where blocks, sub-volumes and bricks lie.
 
 use cvr_codebook::Quantiser;
+use cvr_core::codec::Block;
+use cvr_core::kit::BlockGrid;
 use cvr_core::volume::{Extent, VolumeLayout};
 use serde::{Deserialize, Serialize};
 
@@ -68,16 +70,14 @@ pub struct Parameters {
 /// Sizes that follow from layout and parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
-    /// Voxels.
-    pub extent: Extent,
     /// Values per voxel: 1 or 3.
     pub channels: u32,
     /// Frames.
     pub frames: u32,
     /// What a block stores.
     pub payload: Payload,
-    /// Blocks along each axis, edge blocks cut.
-    pub grid: Extent,
+    /// Blocks over the volume.
+    pub grid: BlockGrid,
     /// Blocks along each axis of a sub-volume.
     pub sub_blocks: [u32; 3],
     /// Sub-volumes along each axis.
@@ -118,11 +118,10 @@ impl Geometry {
         let sub_blocks = sub_blocks(grid, p.subvolume);
         let sub = Extent::try_from(sub_blocks).ok()?;
         Some(Self {
-            extent: layout.extent,
             channels: layout.channels,
             frames: layout.frames,
             payload: p.payload,
-            grid,
+            grid: BlockGrid::new(block(), layout.extent),
             sub_blocks,
             sub_grid: grid.blocks_of(sub),
             bricks: grid.blocks_of(Extent::cube(BRICK).ok()?),
@@ -171,7 +170,7 @@ impl Geometry {
     /// Blocks of a sub-volume: its first block, and how many there are along each axis.
     #[must_use]
     pub fn sub_volume(&self, sub: [u32; 3]) -> ([u32; 3], [u32; 3]) {
-        let (grid, size) = (self.grid.to_array(), self.sub_blocks);
+        let (grid, size) = (self.grid.blocks().to_array(), self.sub_blocks);
         let first = [0, 1, 2].map(|a| sub[a] * size[a]);
         (first, [0, 1, 2].map(|a| size[a].min(grid[a] - first[a])))
     }
@@ -179,7 +178,7 @@ impl Geometry {
     /// Blocks of a brick: its first block, and how many there are along each axis.
     #[must_use]
     pub fn brick(&self, brick: [u32; 3]) -> ([u32; 3], [u32; 3]) {
-        let grid = self.grid.to_array();
+        let grid = self.grid.blocks().to_array();
         let first = brick.map(|b| b * BRICK);
         (first, [0, 1, 2].map(|a| BRICK.min(grid[a] - first[a])))
     }
@@ -188,7 +187,7 @@ impl Geometry {
     #[must_use]
     pub fn fits_a_shader(&self) -> bool {
         let most = u64::from(u32::MAX);
-        self.grid.voxels() <= most / 64
+        self.grid.blocks().voxels() <= most / 64
             && self.frame_words.iter().all(|words| *words <= most)
             && self.frame_heads() <= most
             && self.entries.iter().all(|entries| *entries <= most)
@@ -196,10 +195,16 @@ impl Geometry {
     }
 }
 
+/// The block of the codec.
+#[must_use]
+pub fn block() -> Block {
+    Block(Extent::cube(EDGE).unwrap_or(Extent::ONE))
+}
+
 /// Blocks along each axis, edge blocks cut.
 #[must_use]
 pub fn block_grid(extent: Extent) -> Extent {
-    extent.blocks_of(Extent::cube(EDGE).unwrap_or(Extent::ONE))
+    block().grid(extent)
 }
 
 /// Blocks along each axis of a sub-volume of `subvolume` voxels, 0 for the whole volume.

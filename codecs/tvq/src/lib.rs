@@ -11,7 +11,6 @@ mod check;
 mod classify;
 mod code;
 pub mod decode;
-mod decoder;
 mod encode;
 mod expected;
 mod fixed;
@@ -20,6 +19,7 @@ mod grow;
 mod overview;
 mod payload;
 mod plan;
+mod reader;
 mod records;
 mod scale;
 mod settings;
@@ -36,7 +36,6 @@ use cvr_core::codec::{
     Block, Codec, CodecInfo, ConfigError, DecodeError, Decoder, Encoder, Paper, Settings, Site,
 };
 use cvr_core::container::EncodedVolume;
-use cvr_core::volume::Extent;
 
 pub use geometry::{Geometry, Parameters, Payload};
 
@@ -106,7 +105,7 @@ impl Codec for Tvq {
 
     /// Of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
-        Extent::cube(4).ok().map(Block)
+        Some(geometry::block())
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
@@ -114,6 +113,6 @@ impl Codec for Tvq {
     }
 
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
-        Ok(Box::new(decoder::TvqDecoder::new(&volume)?))
+        Ok(Box::new(reader::Reader::open(&volume)?))
     }
 }

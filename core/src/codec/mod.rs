@@ -10,7 +10,6 @@ mod frame_decode;
 mod info;
 mod parity;
 mod pieces;
-mod region;
 mod registry;
 mod settings;
 mod shader_decode;
@@ -26,7 +25,6 @@ pub use frame_decode::{FrameDecode, FramePass, FramePasses, Scratch, ScratchUse,
 pub use info::{CodecInfo, Paper, Site};
 pub use parity::{Mismatch, Parity};
 pub use pieces::decode_pieces;
-pub use region::decode_region;
 pub use registry::{Registry, RegistryError};
 pub use settings::{Setting, SettingKind, SettingValue, Settings};
 pub use shader_decode::{
