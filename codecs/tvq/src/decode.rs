@@ -1,13 +1,17 @@
 //! Voxels and cells out of means and sums of codewords: the twin of decode.wgsl, but that cells are put together block by
 //! block here, and there codebook by codebook, in which neighbouring invocations keep together. This one defines the codec.
 
+mod check;
+mod interleave;
+pub(crate) mod reader;
+
 use cvr_core::kit::{FetchVoxels, Voxel};
 use cvr_core::render::Cell;
 
-use crate::geometry::{
+use crate::stream::geometry::{
     BOOK_WORDS, BRICK, EDGE, Geometry, MOST_BOOKS, Payload, TABLE_HEAD, TOP, VOXELS, number,
 };
-use crate::scale::Scale;
+use crate::stream::scale::Scale;
 
 /// One frame of a stream at some stage.
 #[derive(Copy, Clone, Debug)]

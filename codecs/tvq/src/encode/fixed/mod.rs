@@ -1,23 +1,26 @@
 //! The payload `fixed`: codebooks that reach a target, and a frame of codes.
 
+mod expected;
+mod frame;
+mod sizes;
+
 use cvr_core::codec::EncodeError;
 use serde_json::json;
 
-use crate::blocks::Sample;
-use crate::books::Book;
-use crate::encode::{Coded, Sets, Work, Written, forms};
-use crate::expected::training_blocks;
-use crate::geometry::VOXELS;
-use crate::payload::{fixed_frame, fixed_words, mean_width};
+use crate::encode::sample::Sample;
+use crate::encode::train::book::Book;
+use crate::encode::train::trainer::Trainer;
+use crate::encode::tuned::fixed::{BEYOND, BUDGETS, DOWN, FIRST_STEP, NEAR, TRIES, UP};
+use crate::encode::work::{Coded, Sets, Work};
+use crate::encode::write::{Written, forms};
 use crate::settings::{CODE_BITS, Target};
-use crate::sizes::{Plan, Shape, Sizes, given};
-use crate::table::{Partition, Table};
-use crate::train::Trainer;
+use crate::stream::bits::mean_width;
+use crate::stream::geometry::VOXELS;
+use crate::stream::table::{Partition, Table, fixed_words};
+use expected::training_blocks;
+use frame::fixed_frame;
+use sizes::{Plan, Shape, Sizes, given};
 
-/// How many budgets are tried for a PSNR.
-const SEARCH: usize = 12;
-/// How often the sizes are chosen anew.
-const TRIES: usize = 8;
 /// What reaches most.
 const THREE: Shape = Shape::Best(3);
 
@@ -73,7 +76,7 @@ fn within(work: &Work<'_>, plan: &Plan, most: f64, shape: Shape) -> Result<Sets,
         if excess <= 0.0 || budget < 0.0 || given(work).is_some() {
             return Ok(coded);
         }
-        budget -= excess * 1.01 + 8.0 * work.blocks() / 64.0;
+        budget -= excess * BEYOND + 8.0 * work.blocks() / 64.0;
     }
     code(work, plan.sizes(work, budget, true, shape))
 }
@@ -89,7 +92,7 @@ fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Sets, EncodeError> {
         let sizes = plan.sizes(work, budget, true, Shape::Best(count));
         sizes.expected > wanted && sizes != all
     }) {
-        budget *= 1.05;
+        budget *= FIRST_STEP;
     }
     let tried = |shape| code(work, plan.sizes(work, budget, true, shape));
     let (shape, _) = best_of(&plan.counts(work, budget, true), tried)?;
@@ -111,7 +114,7 @@ fn search(
     let most = at(f64::INFINITY);
     let mut missed = 0.0_f64;
     let mut reached: Option<(f64, Sets)> = None;
-    for _ in 0..SEARCH {
+    for _ in 0..BUDGETS {
         let coded = code(work, at(budget))?;
         if total_error(&coded) <= error {
             reached = Some((budget, coded));
@@ -122,10 +125,10 @@ fn search(
             }
         }
         budget = match &reached {
-            Some((known, _)) if known / missed < 1.02 || at(*known) == at(missed * 1.001) => break,
+            Some((known, _)) if known / missed < NEAR || at(*known) == at(missed * 1.001) => break,
             Some((known, _)) if missed > 0.0 => (known * missed).sqrt(),
-            Some((known, _)) => known / 1.5,
-            None => missed * 1.2,
+            Some((known, _)) => known / DOWN,
+            None => missed * UP,
         };
     }
     Ok(reached.map(|(_, coded)| coded))
@@ -151,7 +154,7 @@ pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>]) -> f64 {
 fn code(work: &Work<'_>, sizes: Sizes) -> Result<Sets, EncodeError> {
     let training = work.training(false);
     let (mean_shift, threshold) = (work.mean_shift(sizes.expected), work.threshold(sizes.expected));
-    let mut seed = work.options.seed;
+    let mut seed = work.options.training.seed;
     let mut sets = Vec::new();
     for set in &work.sets {
         let mut coded = Vec::new();

@@ -6,9 +6,9 @@ use cvr_core::codec::{EncodeError, Progress};
 use cvr_core::volume::{BrickSource, Extent};
 use rayon::prelude::*;
 
-use crate::blocks::{Domain, Row};
-use crate::books::Book;
-use crate::geometry::{TOP, VOXELS, block as block_size, number};
+use crate::encode::domain::{Domain, Row};
+use crate::encode::train::book::Book;
+use crate::stream::geometry::{TOP, VOXELS, block as block_size, number};
 
 /// Codes and errors of the blocks of one channel of one frame, in the order of their numbers in the domain.
 #[derive(Clone, Debug, Default)]

@@ -1,9 +1,8 @@
 //! What a decoder checks of a frame before it trusts a single number of it.
 
-use crate::decode::Frame;
-use crate::geometry::{HEAD_WORDS, MOST_PLANES, Payload, VALUE_BITS, number, positions};
-use crate::payload::fixed_words;
-use crate::table::Table;
+use super::Frame;
+use crate::stream::geometry::{HEAD_WORDS, MOST_PLANES, Payload, VALUE_BITS, number, positions};
+use crate::stream::table::{Table, fixed_words};
 
 /// Whether every mean, code and count of a frame stays within its table.
 ///

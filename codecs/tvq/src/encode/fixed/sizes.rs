@@ -3,25 +3,15 @@
 use cvr_core::codec::EncodeError;
 use rayon::prelude::*;
 
-use crate::blocks::Domain;
-use crate::encode::Work;
-use crate::expected::{Expected, Left};
-use crate::geometry::VOXELS;
+use super::expected::{Expected, Left};
+use crate::encode::domain::Domain;
+use crate::encode::tuned::fixed::{FEW_BLOCKS, MOST_PAIRS, SHARES, TRIED, TRIED_CONFINED};
+use crate::encode::work::Work;
 use crate::settings::CODE_BITS;
+use crate::stream::geometry::VOXELS;
 
 /// Widths of a code that a stream may have beside none.
 const WIDTHS: std::ops::RangeInclusive<u32> = 4..=16;
-/// Numbers of codebooks are tried of which at most so many times the least error is expected: one, two and three.
-const TRIED: [f64; 3] = [1.6, 1.1, 1.0];
-/// The same where codevectors keep to the zones of their partition, so that none does without three codebooks for nothing.
-const TRIED_CONFINED: [f64; 3] = [1.0, 1.1, 1.35];
-/// With no more blocks than this every number is tried, which takes seconds, with a target or without.
-const FEW_BLOCKS: f64 = 32768.0;
-/// And at a rate two codebooks of which the first has such shares of the codewords: where large codebooks know most blocks by
-/// heart, curves do not tell which share serves best.
-const SHARES: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 0.65, 0.8];
-/// Most blocks times codewords of one of fewer than three codebooks: more would train for minutes.
-const MOST_PAIRS: f64 = (1_u64 << 31) as f64;
 
 /// What is to be expected of codebooks.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! What an entry of a codebook counts: an integer of four significant bits, so that the largest entry of a codebook comes
 //! near the largest code whatever it is.
 
-use crate::geometry::VALUE_BITS;
+use super::geometry::VALUE_BITS;
 
 /// The lowest bit of a scale in the form of a codebook.
 const AT: u32 = 8;

@@ -3,12 +3,13 @@
 use cvr_core::codec::{Cancelled, Progress};
 use rayon::prelude::*;
 
-use crate::blocks::Sample;
-use crate::books::{Book, Population, Recipe};
-use crate::classify::{CLASSES, WHOLE, class_of, energies, keeps, projected, zones_of};
-use crate::geometry::{TOP, VOXELS};
-use crate::table::Partition;
-use crate::transform::{Basis, Transform, ZONES};
+use super::book::{Book, Population, Recipe};
+use super::classify::{CLASSES, WHOLE, class_of, energies, keeps, projected, zones_of};
+use super::transform::{Basis, Transform, ZONES};
+use crate::encode::sample::Sample;
+use crate::encode::tuned::codebooks::{AT_ONCE, LEADING_BLOCKS};
+use crate::stream::geometry::{TOP, VOXELS};
+use crate::stream::table::Partition;
 
 /// What training may assume.
 #[derive(Copy, Clone, Debug)]
@@ -48,29 +49,6 @@ pub struct State {
     /// Squared error of each.
     pub errors: Vec<f64>,
 }
-
-/// What codebooks of one partition leave behind certain codebooks before it: natural logarithms of parts of the error.
-#[derive(Clone, Debug)]
-pub struct Curve {
-    /// What those before it have left.
-    pub before: f64,
-    /// By width what it leaves of that: in blocks that trained it, and in others.
-    pub left: Vec<[f64; 2]>,
-}
-
-/// Training curves.
-#[derive(Clone, Debug)]
-pub struct Curves {
-    /// One for each partition.
-    pub of: Vec<Curve>,
-    /// Mean square after the means, in units of sums.
-    pub mean_square: f64,
-    /// Blocks that trained.
-    pub trained: f64,
-}
-
-/// Blocks of which copies are made at a time.
-const AT_ONCE: usize = 8192;
 
 fn energy(block: &[f32]) -> f64 {
     block.iter().map(|v| f64::from(*v) * f64::from(*v)).sum()
@@ -208,54 +186,6 @@ impl<'a> Trainer<'a> {
         self.book(state, classes, (&members, partition), size, run)
     }
 
-    /// Training curves at some widths, smallest first; that of each partition behind codebooks of 7 bits of those before.
-    ///
-    /// # Errors
-    /// When `run` was cancelled.
-    pub fn curves(
-        &self,
-        widths: &[u32],
-        mean_shift: u32,
-        threshold: f64,
-        run: &Progress<'_>,
-    ) -> Result<Curves, Cancelled> {
-        let classes = self.classes(threshold);
-        let mut state = self.begin(mean_shift);
-        let (train, test): (Vec<usize>, Vec<usize>) = (0..self.sample.len()).partition(|i| i % 3 != 2);
-        let groups = if test.is_empty() { [train.clone(), train] } else { [train, test] };
-        let totals =
-            |state: &State| [0, 1].map(|g: usize| groups[g].iter().map(|i| state.errors[*i]).sum::<f64>());
-        let parts = |now: [f64; 2], before: [f64; 2]| {
-            [0, 1].map(|g| if before[g] > 0.0 { (now[g] / before[g]).max(1e-9).ln() } else { 0.0 })
-        };
-        let begun = totals(&state);
-        let all: Vec<usize> = (0..self.sample.len()).collect();
-        let mut of = Vec::new();
-        for partition in Partition::ALL {
-            let trains = |i: &usize| self.trains(classes[*i], partition);
-            let members: Vec<usize> = groups[0].iter().copied().filter(trains).collect();
-            let before = totals(&state);
-            let [own, other] = parts(before, begun);
-            let mut curve = Curve { before: 0.5 * (own + other), left: Vec::new() };
-            let mut after = None;
-            for width in widths {
-                let mut next = state.clone();
-                if !members.is_empty() {
-                    let book = self.book(&state, &classes, (&members, partition), 1 << width, run)?;
-                    Self::subtract(&mut next, &book, &all);
-                }
-                curve.left.push(parts(totals(&next), before));
-                if *width <= 7 {
-                    after = Some(next);
-                }
-            }
-            of.push(curve);
-            state = after.unwrap_or(state);
-        }
-        let mean_square = begun[1] / (groups[1].len() * VOXELS) as f64;
-        Ok(Curves { of, mean_square, trained: groups[0].len() as f64 })
-    }
-
     /// Bits of a codeword in all tables that have such codebooks.
     #[must_use]
     pub fn codeword_bits(&self) -> f64 {
@@ -265,8 +195,7 @@ impl<'a> Trainer<'a> {
     /// The partition in which most of what is left lies.
     #[must_use]
     pub fn leading(&self, state: &State) -> Partition {
-        const ENOUGH: usize = 2048;
-        let every = self.sample.len().div_ceil(ENOUGH).max(1);
+        let every = self.sample.len().div_ceil(LEADING_BLOCKS).max(1);
         let mut sums = [0.0; 3];
         for i in (0..self.sample.len()).step_by(every) {
             let energies = energies(&self.basis, &state.residuals[i * VOXELS..(i + 1) * VOXELS]);

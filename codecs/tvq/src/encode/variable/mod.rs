@@ -1,42 +1,47 @@
 //! The payload `variable`: codebooks as many as pay, and for each block as many codes as pay.
 
+mod bricks;
+mod cost;
+mod frame;
+mod growth;
+mod point;
+mod rate_control;
+mod search;
+mod trials;
+
 use cvr_core::codec::EncodeError;
 use rayon::prelude::*;
 use serde_json::json;
 
-use crate::blocks::Sample;
-use crate::books::Book;
-use crate::bricks::Bricks;
-use crate::code::Plane;
-use crate::encode::{Coded, Sets, Work, Written, forms};
-use crate::geometry::{EDGE, Geometry, Parameters, Payload, VALUE_BITS, block_grid};
-use crate::grow::Growth;
-use crate::payload::variable_frame;
-use crate::plan::{LEAST_ERROR, Plan, SOME};
-use crate::scale::Scale;
+use crate::encode::closed_loop::Plane;
+use crate::encode::sample::Sample;
+use crate::encode::train::book::Book;
+use crate::encode::train::trainer::Trainer;
+use crate::encode::tuned::trials::{LEAST_ERROR, SOME};
+use crate::encode::tuned::variable::{COARSER, DAMPED, ENOUGH, FINER, OFF, OFF_OF_SOME, SAME, TRIES};
+use crate::encode::work::{Coded, Kept, Sets, Work};
+use crate::encode::write::{Written, forms};
 use crate::settings::Target;
-use crate::settle::{Aim, Settled, Sum, best_counts, settle};
-use crate::table::{BookForm, Partition, Table};
-use crate::train::Trainer;
+use crate::stream::geometry::{EDGE, Geometry, Parameters, Payload, VALUE_BITS, block_grid};
+use crate::stream::scale::Scale;
+use crate::stream::table::{BookForm, Partition, Table};
+use bricks::Bricks;
+use cost::aim;
+use frame::variable_frame;
+use growth::Growth;
+use rate_control::{Aim, Settled, Sum, best_counts, settle};
+use search::{Plan, plan};
 
-/// Codebooks are trained anew where the logarithm of the error at which a bit pays turns out to be off by this.
-const OFF: f64 = 0.5;
-/// The same where blocks are not many, so that this takes little time.
-const OFF_OF_SOME: f64 = 0.1;
-/// The error for which codebooks are trained grows by this factor there, as long as that helps.
-const COARSER: f64 = 1.15;
-/// How often codebooks are trained at most.
-const TRIES: usize = 4;
-
-/// By set, sub-volume and plane: how many codes each block keeps.
-pub type Kept = Vec<Vec<Vec<Vec<u8>>>>;
-
-/// Codebooks and codes of all tables, and how many codes each block keeps.
+/// Codebooks and codes of all tables, and how many codes each block keeps. Entries have as many bits as suits these from then
+/// on.
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
-pub fn encode(work: &Work<'_>, mut plan: Plan) -> Result<(Sets, Kept), EncodeError> {
-    let aim = work.aim();
+pub fn encode(work: &mut Work<'_>) -> Result<(Sets, Kept), EncodeError> {
+    let mut plan = plan(work)?;
+    work.options.entry_bits = Some(plan.entry_bits);
+    let work = &*work;
+    let aim = aim(work);
     let some = work.blocks() / work.tables() <= SOME;
     let (tries, near) = if some { (2 * TRIES, OFF_OF_SOME) } else { (TRIES, OFF) };
     let mut coarser = false;
@@ -66,11 +71,11 @@ pub fn encode(work: &Work<'_>, mut plan: Plan) -> Result<(Sets, Kept), EncodeErr
             // Codebooks for the worst blocks alone may do better than those for all in which a code pays.
             (true, _) if some && better => COARSER * point.error,
             (true, _) => break,
-            (false, true) => 0.7 * point.error,
-            (false, false) => point.error * (0.7 * off).exp(),
+            (false, true) => FINER * point.error,
+            (false, false) => point.error * (DAMPED * off).exp(),
         };
         let next = next.clamp(LEAST_ERROR, f64::from(1 << VALUE_BITS));
-        if (next / point.error).ln().abs() < 0.05 {
+        if (next / point.error).ln().abs() < SAME {
             break;
         }
         plan.point.error = next;
@@ -105,19 +110,19 @@ fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
     let mean_shift = work.mean_shift(point.of_means());
     let threshold = work.threshold(point.error);
     // Less than what a code costs, lest a lower price finds blocks without codes.
-    let part = if plan.sizes.is_empty() { 0.5 } else { 0.05 };
+    let part = ENOUGH[usize::from(!plan.sizes.is_empty())];
     let enough = part * point.price() * work.unit().powi(2) * f64::from(point.width);
-    let mut seed = work.options.seed;
+    let mut seed = work.options.training.seed;
     let mut sets = Vec::new();
     for set in &work.sets {
         let mut coded = Vec::new();
         for domain in set {
             let domains = std::slice::from_ref(domain);
-            let count = work.options.training_blocks;
+            let count = work.options.training.training_blocks;
             let sample = Sample::draw(work.source, domains, work.quantiser, count, seed, work.run)?;
             seed = seed.wrapping_add(1);
             let mut trainer = Trainer::new(&sample, training);
-            trainer.most_bits = work.aim().most_bits();
+            trainer.most_bits = aim(work).most_bits();
             let code_price = point.price() * f64::from(point.width);
             let mut growth = Growth::new(&trainer, code_price, (mean_shift, threshold), false);
             if plan.sizes.is_empty() {

@@ -9,13 +9,14 @@ use cvr_core::kit::{PartedTensor, StreamReader};
 use cvr_core::memory::{self, Held};
 use cvr_core::volume::{BrickKey, Extent, FrameIndex, Level, ValueRange, VolumeLayout};
 
-use crate::check::check_frame;
-use crate::decode::{Frame, Terms};
-use crate::geometry::{BOOK_WORDS, Geometry, Parameters, Payload, TABLE_HEAD, TOP, VOXELS};
-use crate::records::records;
-use crate::scale::Scale;
-use crate::table::Table;
-use crate::{CODEBOOK, HEADS, INDEX, INFO, TABLES};
+use super::check::check_frame;
+use super::interleave::records;
+use super::{Frame, Terms};
+use crate::INFO;
+use crate::stream::geometry::{BOOK_WORDS, Geometry, Parameters, Payload, TABLE_HEAD, TOP, VOXELS};
+use crate::stream::scale::Scale;
+use crate::stream::table::Table;
+use crate::stream::{CODEBOOK, HEADS, INDEX, TABLES};
 
 /// Means and codes, as they are fetched.
 #[derive(Debug)]
@@ -215,7 +216,7 @@ impl StreamReader for Reader {
         let words = if one_table { self.tables.words() } else { &[] };
         let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
         let of_books = |i: u32| [0, 1, 2].map(|b| word(TABLE_HEAD + BOOK_WORDS * b + i));
-        WgslModule::new("codecs/tvq/src/decode.wgsl", include_str!("decode.wgsl"))
+        WgslModule::new("codecs/tvq/src/decode.wgsl", include_str!("../decode.wgsl"))
             .with("grid", g.grid.blocks())
             .with("sub_blocks", g.sub_blocks)
             .with("sub_grid", g.sub_grid)

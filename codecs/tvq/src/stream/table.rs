@@ -1,7 +1,7 @@
 //! Tables: how the blocks of one sub-volume are to be read, in words.
 
-use crate::geometry::{BOOK_WORDS, Geometry, Payload, TABLE_HEAD, VALUE_BITS, VOXELS};
-use crate::scale::Scale;
+use super::geometry::{BOOK_WORDS, Geometry, Payload, TABLE_HEAD, VALUE_BITS, VOXELS};
+use super::scale::Scale;
 
 /// The partitions, in the order in which their codebooks stand; the mean is stage 0.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -107,6 +107,12 @@ impl Table {
             _ => Err(format!("a codebook of {size} codewords from entry {first} on, of the form {form:#x}")),
         }
     }
+}
+
+/// Words that the blocks of a sub-volume take in one channel.
+#[must_use]
+pub fn fixed_words(table: &Table, blocks: u64) -> u64 {
+    (table.block_bits() * blocks).div_ceil(32)
 }
 
 #[cfg(test)]

@@ -3,16 +3,10 @@
 
 use cvr_core::codec::{Cancelled, Progress};
 
-use crate::books::Book;
-use crate::table::Partition;
-use crate::train::{State, Trainer};
-
-/// Part of a block's error that a code takes away, as a rule: blocks of which not even that would pay are not trained on.
-const PART_GAINED: f64 = 0.35;
-/// A codebook has no more codewords than one for so many blocks.
-const FEWEST_BLOCKS: f64 = 4.0;
-/// How often a codebook that is not worth its bits is halved before the list ends.
-pub const HALVINGS: u32 = 3;
+use crate::encode::train::book::Book;
+use crate::encode::train::trainer::{State, Trainer};
+use crate::encode::tuned::growth::{FEWEST_BLOCKS, HALVINGS, LEAST_HALF, PART_GAINED};
+use crate::stream::table::Partition;
 
 /// A list of codebooks that grows.
 pub struct Growth<'t, 'a> {
@@ -206,9 +200,6 @@ impl<'t, 'a> Growth<'t, 'a> {
         Ok(errors)
     }
 }
-
-/// Codewords at least of a codebook that was halved.
-const LEAST_HALF: usize = 4;
 
 /// Errors by count of codebooks, and then by block, as errors by block, and then by count.
 #[must_use]

@@ -5,11 +5,11 @@ use cvr_codebook::{Codebook, Initial, Nearest, Quantiser, Search, Training, Vect
 use cvr_core::codec::{Cancelled, Progress};
 use rayon::prelude::*;
 
-use crate::allocate::shares;
-use crate::classify::{CLASSES, keeps};
-use crate::geometry::VOXELS;
-use crate::scale::Scale;
-use crate::table::Partition;
+use super::classify::{CLASSES, keeps};
+use super::shares::shares;
+use crate::stream::geometry::VOXELS;
+use crate::stream::scale::Scale;
+use crate::stream::table::Partition;
 
 /// A codebook of inverse transforms, in units of the decoder's sums.
 #[derive(Clone, Debug)]

@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::geometry::{EDGE, VOXELS};
+use crate::encode::tuned::codebooks::BASIS_BLOCKS;
+use crate::stream::geometry::{EDGE, VOXELS};
 
 /// Which transform.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -139,9 +140,8 @@ fn line_covariance(blocks: &[f32], axis: usize) -> DMatrix<f64> {
 
 fn block_covariance(blocks: &[f32]) -> DMatrix<f64> {
     // As many blocks as tell 64 × 64 products well.
-    const ENOUGH: usize = 16384;
     let mut sums = DMatrix::zeros(VOXELS, VOXELS);
-    let every = (blocks.len() / VOXELS).div_ceil(ENOUGH).max(1);
+    let every = (blocks.len() / VOXELS).div_ceil(BASIS_BLOCKS).max(1);
     for block in blocks.chunks_exact(VOXELS).step_by(every) {
         let block: Vec<f64> = block.iter().map(|v| f64::from(*v)).collect();
         add_products(&mut sums, &block);

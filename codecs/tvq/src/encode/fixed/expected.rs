@@ -2,19 +2,13 @@
 
 use cvr_core::codec::EncodeError;
 
-use crate::blocks::{Domain, Sample};
-use crate::encode::Work;
-use crate::train::{Curve, Curves, Trainer};
-
-/// Widths at which training curves are measured.
-const MEASURED: [u32; 4] = [3, 5, 7, 9];
-/// Blocks on which they are measured.
-const OVERVIEW: u64 = 12288;
-/// Codewords for which the settings' blocks are enough to train on. Where there are fewer for each codeword, blocks that
-/// trained do far better than others.
-const ENOUGH_FOR: f64 = 1024.0;
-/// How many times the settings' blocks train at most.
-const MOST_TRAINING: f64 = 2.5;
+use crate::encode::domain::Domain;
+use crate::encode::sample::Sample;
+use crate::encode::train::curves::{Curve, Curves};
+use crate::encode::train::trainer::Trainer;
+use crate::encode::tuned::codebooks::FIRST_ERROR;
+use crate::encode::tuned::fixed::{CURVE_BLOCKS, CURVE_WIDTHS, ENOUGH_FOR, MOST_TRAINING};
+use crate::encode::work::Work;
 
 /// Training curves, and what follows from them.
 #[derive(Debug)]
@@ -47,15 +41,14 @@ impl Expected {
     /// # Errors
     /// Those of reading, and when the run was cancelled.
     pub fn measure(work: &Work<'_>, domains: &[Domain]) -> Result<Self, EncodeError> {
-        let seed = work.options.seed;
-        let sample = Sample::draw(work.source, domains, work.quantiser, OVERVIEW, seed, work.run)?;
+        let seed = work.options.training.seed;
+        let sample = Sample::draw(work.source, domains, work.quantiser, CURVE_BLOCKS, seed, work.run)?;
         let trainer = Trainer::new(&sample, work.training(true));
-        // What 38 dB leave, to begin with.
-        let expected = 0.0126 * work.span / work.unit();
+        let expected = FIRST_ERROR * work.span / work.unit();
         let most = (sample.len() / 3).max(1).ilog2();
-        let measured: Vec<u32> = MEASURED.into_iter().filter(|w| *w <= most).collect();
+        let measured: Vec<u32> = CURVE_WIDTHS.into_iter().filter(|w| *w <= most).collect();
         let threshold = work.threshold(expected);
-        let curves = trainer.curves(&measured, work.mean_shift(expected), threshold, work.run)?;
+        let curves = Curves::measure(&trainer, &measured, (work.mean_shift(expected), threshold), work.run)?;
         Ok(Self { curves, measured })
     }
 
@@ -97,7 +90,8 @@ impl Expected {
 
 /// Blocks that train a table whose largest codebook has so many codewords.
 pub fn training_blocks(work: &Work<'_>, size: usize) -> f64 {
-    (work.options.training_blocks as f64 * (size as f64 / ENOUGH_FOR).clamp(1.0, MOST_TRAINING)).floor()
+    (work.options.training.training_blocks as f64 * (size as f64 / ENOUGH_FOR).clamp(1.0, MOST_TRAINING))
+        .floor()
 }
 
 /// The value at `x` on the line through the origin and some points in the order of their places, straight beyond the last.

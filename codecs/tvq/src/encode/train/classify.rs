@@ -1,8 +1,8 @@
 //! Classes of blocks, by which zones they can do without (section 4.2.1 of the paper).
 
-use crate::geometry::VOXELS;
-use crate::table::Partition;
-use crate::transform::{Basis, ZONES};
+use super::transform::{Basis, ZONES};
+use crate::stream::geometry::VOXELS;
+use crate::stream::table::Partition;
 
 /// A class: a name, and the zones that it keeps, one bit each; bit `z` for the octant `z`, of which bit `a` says that
 /// axis `a` is high.
@@ -88,7 +88,7 @@ pub fn projected(basis: &Basis, block: &[f32], zones: u8) -> [f32; VOXELS] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::transform::Transform;
+    use crate::encode::train::transform::Transform;
 
     #[test]
     fn zones_add_up_to_partitions_and_classes() {

@@ -2,26 +2,16 @@
 
 use cvr_core::codec::EncodeError;
 
-use crate::books::Book;
-use crate::code::Plane;
-use crate::encode::Work;
-use crate::grow::{Growth, by_block};
-use crate::plan::{LEAST_ERROR, Point, bricks, fixed_bits, mean_bits};
-use crate::settle::{Aim, Settled, Sum, best_counts, settle, settle_all};
-use crate::train::Trainer;
-
-/// Errors, or bits, that differ by no more than this factor are about the same.
-const ABOUT_AS_GOOD: f64 = 1.03;
-/// The same where codebooks are chosen one by one.
-const AS_GOOD: f64 = 1.01;
-/// Errors at which a bit pays are the same where their logarithms differ by less.
-const NEAR: f64 = 0.05;
-/// Interpolation takes errors at which a bit pays for no farther off than this.
-const STEEP: f64 = 0.5;
-/// Eighths of the largest size that are tried for a codebook.
-const PARTS: [usize; 6] = [8, 6, 4, 3, 2, 1];
-/// Codewords from which on a smaller codebook is tried even where a full one helps.
-const LARGE: usize = 64;
+use super::cost::{bricks, fixed_bits, mean_bits};
+use super::growth::{Growth, by_block};
+use super::point::Point;
+use super::rate_control::{Aim, Settled, Sum, best_counts, settle, settle_all};
+use crate::encode::closed_loop::Plane;
+use crate::encode::train::book::Book;
+use crate::encode::train::trainer::Trainer;
+use crate::encode::tuned::growth::{EIGHTHS, LARGE};
+use crate::encode::tuned::trials::{ABOUT_AS_GOOD, AS_GOOD, LEAST_ERROR, NEAR, STEEP};
+use crate::encode::work::Work;
 
 /// Trials on few blocks.
 pub struct Overview<'a, 'w> {
@@ -129,7 +119,7 @@ impl Overview<'_, '_> {
         while let Some(open) = growth.open() {
             let codewords: usize = sizes.iter().sum();
             let mut found = None;
-            for part in PARTS {
+            for part in EIGHTHS {
                 let size = full.min(open.most) * part / 8;
                 if size < 2 {
                     break;

@@ -4,10 +4,10 @@
 //! fetch wants what belongs to one block side by side, one word as a rule. A decoder turns the one into the other once, when
 //! it opens a stream; neither is larger.
 
-use crate::decode::Frame;
-use crate::geometry::positions;
-use crate::payload::Bits;
-use crate::table::Table;
+use super::Frame;
+use crate::stream::bits::Bits;
+use crate::stream::geometry::positions;
+use crate::stream::table::Table;
 
 /// Of one frame that has been checked: channel by channel, sub-volume by sub-volume in whole words, of each block its mean
 /// and its codes in the order of the codebooks; and one word 0.

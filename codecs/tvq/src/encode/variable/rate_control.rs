@@ -2,14 +2,7 @@
 
 use std::cmp::Ordering;
 
-/// Halvings of a range of prices.
-const HALVINGS: usize = 28;
-/// Prices are sought within this factor of the one that is expected, up and down.
-const REACH: f64 = 1e7;
-/// Bits or errors that fall short of what is allowed by no more than this part are taken.
-const NEAR: f64 = 1e-5;
-/// Numbers of codebooks that are tried one by one.
-const COUNTS: usize = 8;
+use crate::encode::tuned::rate_control::{COUNTS, HALVINGS, NEAR, REACH};
 
 /// What is to be reached, and by the way the least of the other.
 #[derive(Copy, Clone, Debug, PartialEq)]

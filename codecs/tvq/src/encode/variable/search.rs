@@ -2,105 +2,23 @@
 
 use cvr_core::codec::EncodeError;
 
-use crate::blocks::{Domain, Sample};
-use crate::code::Plane;
-use crate::encode::Work;
-use crate::geometry::{BRICK, HEAD_WORDS, VOXELS, number, positions};
-use crate::overview::{Overview, Trial};
-use crate::payload::mean_width;
+use super::cost::{aim, default_bits, fixed_bits};
+use super::point::Point;
+use super::rate_control::Aim;
+use super::trials::{Overview, Trial};
+use crate::encode::closed_loop::Plane;
+use crate::encode::sample::Sample;
+use crate::encode::train::trainer::Trainer;
+use crate::encode::tuned::codebooks::FIRST_ERROR;
+use crate::encode::tuned::trials::{
+    ANEW, BLOCKS, BUDGETS, CLOSE, CLOSER, FEW, FINER_GAINS, FIRST_BLOCKS, FIRST_WIDTHS, LEAST_ERROR, MANY,
+    OF_WIDTH, PARTS, SLOPE, SLOPES, SOME, STEPS, WIDEST,
+};
+use crate::encode::work::{COARSE, Work};
 use crate::settings::Target;
-use crate::settle::Aim;
-use crate::train::Trainer;
 
-/// Blocks on which trials train.
-const OVERVIEW: u64 = 32768;
-/// Least error, in units of sums, at which a bit may pay.
-pub const LEAST_ERROR: f64 = 0.5;
-/// Blocks of a table that are many.
-const MANY: f64 = 65536.0;
-/// Blocks of a table that are not many, and such as are few.
-pub const SOME: f64 = 16384.0;
-pub const FEW: f64 = 4096.0;
-/// Trials of one width, and of one beside another whose price is known.
-const TRIALS: usize = 6;
-const ANEW: usize = 3;
-/// The farthest that one trial leads, as the logarithm of the error at which a bit pays: where codebooks are few, a price may
-/// be any in a wide range.
-const FARTHEST: f64 = 1.5;
-/// Squared error of a block that one bit is worth, over the mean square of its voxels: a bit less in each of 64
-/// dimensions would raise it by 2 ln 2.
-pub const PRICE: f64 = 2.0 * std::f64::consts::LN_2;
-
-/// Bits of an entry as a rule, and where these leave an error that codes cannot mend.
-pub const COARSE: u32 = 8;
+/// Bits of an entry where those of a rule leave an error that codes cannot mend.
 const FINE: u32 = 16;
-/// What finer entries must leave of the error, or of the bits, before all trials are made with them.
-const FINER_GAINS: f64 = 0.97;
-
-/// Budgets that are tried for an error, and how near its logarithm is to come, or else those of two budgets to each other.
-const BUDGETS: usize = 5;
-const CLOSE: f64 = 0.1;
-const CLOSER: f64 = 0.02;
-/// Logarithm of bits per logarithm of error, about.
-const SLOPE: f64 = 0.3;
-
-/// What is sought before all blocks are coded: codes of how many bits, and the error at which a bit pays.
-#[derive(Copy, Clone, Debug)]
-pub struct Point {
-    pub width: u32,
-    /// Root mean square, in units of sums.
-    pub error: f64,
-}
-
-impl Point {
-    /// Squared error that a bit is worth, in units of sums.
-    pub fn price(self) -> f64 {
-        PRICE * self.error * self.error
-    }
-
-    /// The error that suits the step of means. A step `s` adds `64 s² / 12` to the error of a block, and one twice as long takes
-    /// a bit less: that pays up to 0.59 of the error at which a bit does.
-    pub fn of_means(self) -> f64 {
-        1.45 * self.error
-    }
-
-    /// By how much a bit turns out to be worth more than was assumed: the logarithm of the ratio of the errors at which it
-    /// pays. The price is in units of sums.
-    pub fn off(self, price: f64) -> f64 {
-        ((price / PRICE).sqrt() / self.error).ln().clamp(-FARTHEST, FARTHEST)
-    }
-}
-
-/// Bits of header, tables, codebooks and heads of bricks.
-pub fn fixed_bits(work: &Work<'_>, books: u32, codewords: f64) -> f64 {
-    let entries = codewords * VOXELS as f64 * f64::from(work.entry_bits());
-    work.overhead(books) + entries + bricks(work) * f64::from(32 * HEAD_WORDS)
-}
-
-/// Bricks of all channels and frames.
-pub fn bricks(work: &Work<'_>) -> f64 {
-    let of_domain = |d: &Domain| {
-        let bricks = d.size.map(|s| f64::from(s.div_ceil(BRICK))).iter().product::<f64>();
-        bricks * d.blocks() as f64 / d.plane_blocks() as f64
-    };
-    work.domains().map(of_domain).sum()
-}
-
-/// Bits of the means of one plane, whose codes are finer by `shift` bits than what is stored.
-pub fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
-    let bricks = size.map(|s| s.div_ceil(BRICK));
-    let of_brick = |brick: [u32; 3]| {
-        let first = brick.map(|b| b * BRICK);
-        let cut = [0, 1, 2].map(|a| BRICK.min(size[a] - first[a]));
-        let code = |p: [u32; 3]| {
-            let mean = plane.means[number([0, 1, 2].map(|a| first[a] + p[a]), size)];
-            (mean + (1 << shift >> 1)) >> shift
-        };
-        let (_, width) = mean_width(&positions(cut).map(code).collect::<Vec<_>>());
-        f64::from(width * cut.iter().product::<u32>())
-    };
-    positions(bricks).map(of_brick).sum()
-}
 
 /// What is sought before all blocks are coded.
 #[derive(Clone, Debug)]
@@ -118,8 +36,8 @@ pub struct Plan {
 /// Those of reading, and when the run was cancelled.
 pub fn plan(work: &Work<'_>) -> Result<Plan, EncodeError> {
     let domains: Vec<_> = work.domains().cloned().collect();
-    let seed = work.options.seed;
-    let sample = Sample::draw(work.source, &domains, work.quantiser, OVERVIEW, seed, work.run)?;
+    let seed = work.options.training.seed;
+    let sample = Sample::draw(work.source, &domains, work.quantiser, BLOCKS, seed, work.run)?;
     let coder = work.coder(&[], 0, 0.0);
     let means = domains.iter().map(|domain| coder.code(work.source, domain, work.run));
     let means = means.collect::<Result<Vec<_>, _>>()?;
@@ -167,7 +85,7 @@ fn finer(overview: &mut Overview<'_, '_>, found: &Trial) -> Result<Option<Trial>
 /// What trials need.
 fn overview<'a, 'w>(work: &'a Work<'w>, sample: &'a Sample, means: &'a [Vec<Plane>]) -> Overview<'a, 'w> {
     let unit = work.unit().powi(2);
-    let aim = match work.aim() {
+    let aim = match aim(work) {
         Aim::Error(error) => Aim::Error(error / unit),
         bits @ Aim::Bits(_) => bits,
     };
@@ -184,10 +102,11 @@ fn search(overview: &mut Overview<'_, '_>) -> Result<Trial, EncodeError> {
     let blocks = work.blocks() / work.tables();
     let error = match work.options.target {
         Target::Psnr(psnr) => (work.error_of(psnr) / work.samples()).sqrt() / work.unit(),
-        _ => 0.0126 * work.span / work.unit(),
+        _ => FIRST_ERROR * work.span / work.unit(),
     };
     let error = error.max(LEAST_ERROR);
-    let first = ((blocks / 2000.0).max(1.0).log2().round() as u32).clamp(3, 6);
+    let first =
+        ((blocks / FIRST_BLOCKS).max(1.0).log2().round() as u32).clamp(FIRST_WIDTHS[0], FIRST_WIDTHS[1]);
     let given = work.options.index_bits;
     if overview.by_aim {
         let (begin, widths) = if given > 0 { (given, Widths::Given) } else { (first + 2, Widths::All) };
@@ -203,22 +122,22 @@ fn search(overview: &mut Overview<'_, '_>) -> Result<Trial, EncodeError> {
         overview.by_aim = false;
     }
     if given > 0 {
-        return overview.find(Point { width: given, error }, TRIALS);
+        return overview.find(Point { width: given, error }, OF_WIDTH);
     }
     let widest = widest(overview);
     let first = first.min(widest);
-    let begun = overview.find(Point { width: first, error }, TRIALS)?;
+    let begun = overview.find(Point { width: first, error }, OF_WIDTH)?;
     let mut trials = vec![begun.clone()];
     let few = blocks <= FEW;
     let step = if blocks > SOME { 2 } else { 1 };
     for width in (first + step..=widest).step_by(step as usize).chain(first.checked_sub(1).filter(|w| *w > 0))
     {
         let point = Point { width, ..begun.point };
-        trials.push(if few { overview.find(point, TRIALS)? } else { overview.trial(point)? });
+        trials.push(if few { overview.find(point, OF_WIDTH)? } else { overview.trial(point)? });
     }
     let best = widest_of(overview.good(trials)).unwrap_or(begun);
     let anew = !few && best.point.width.abs_diff(first) > 1;
-    if anew { overview.find(best.point, TRIALS) } else { Ok(best) }
+    if anew { overview.find(best.point, OF_WIDTH) } else { Ok(best) }
 }
 
 /// Of trials about as good as each other the widest: fewer codes are fewer fetches.
@@ -233,7 +152,7 @@ fn widest(overview: &Overview<'_, '_>) -> u32 {
     let payable = (overview.aim.most_bits() / overview.trainer.codeword_bits()).max(2.0).log2();
     // Codebooks of the greatest width may have little more than half as many codewords.
     let payable = if overview.by_aim { payable.ceil() } else { payable } as u32;
-    let most = if blocks > MANY { 8 } else { 12 };
+    let most = WIDEST[usize::from(blocks <= MANY)];
     ((blocks / 4.0).max(8.0).log2() as u32).min(most).min(payable)
 }
 
@@ -260,7 +179,7 @@ fn best_width(overview: &Overview<'_, '_>, begin: Point, widths: Widths) -> Resu
         Ok(error)
     };
     if widths == Widths::Given {
-        return overview.find(begin, TRIALS);
+        return overview.find(begin, OF_WIDTH);
     }
     let best_of = |trials: &[(u32, Trial)]| {
         let best = trials.iter().min_by(|a, b| order(&a.1, &b.1));
@@ -296,7 +215,7 @@ fn of_error(
     most: f64,
 ) -> Result<Option<Trial>, EncodeError> {
     let work = overview.work;
-    let mut bits = fixed_bits(work, 3, 0.0) + work.default_bits().iter().sum::<f64>();
+    let mut bits = fixed_bits(work, 3, 0.0) + default_bits(work).iter().sum::<f64>();
     // Logarithms of bits, and of the error over what is allowed: of what missed it, of what reached it, and of the last.
     let mut missed: Option<[f64; 2]> = None;
     let mut reached: Option<([f64; 2], Trial)> = None;
@@ -312,7 +231,7 @@ fn of_error(
         let over = (trial.settled.sum.error.max(1e-9) / most.max(1e-9)).ln().clamp(-4.0, 4.0);
         let now = [bits.ln(), over];
         if let Some(last) = last.filter(|l| l[1] != over) {
-            slope = ((last[0] - now[0]) / (now[1] - last[1])).clamp(0.1, 1.0);
+            slope = ((last[0] - now[0]) / (now[1] - last[1])).clamp(SLOPES[0], SLOPES[1]);
         }
         last = Some(now);
         if over > 0.0 {
@@ -326,10 +245,10 @@ fn of_error(
             // A little to the side that reaches it.
             (Some(a), Some((b, _))) => {
                 let part = (a[1] + 0.5 * CLOSE) / (a[1] - b[1]);
-                a[0] + (b[0] - a[0]) * part.clamp(0.2, 0.8)
+                a[0] + (b[0] - a[0]) * part.clamp(PARTS[0], PARTS[1])
             }
-            (Some(a), None) => a[0] + (slope * (a[1] + 0.5 * CLOSE)).clamp(0.05, 0.7),
-            (None, Some((b, _))) => b[0] + (slope * (b[1] + 0.5 * CLOSE)).clamp(-0.7, -0.05),
+            (Some(a), None) => a[0] + (slope * (a[1] + 0.5 * CLOSE)).clamp(STEPS[0], STEPS[1]),
+            (None, Some((b, _))) => b[0] + (slope * (b[1] + 0.5 * CLOSE)).clamp(-STEPS[1], -STEPS[0]),
             (None, None) => break,
         }
         .exp();

@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
-use crate::books::Book;
-use crate::code::Plane;
-use crate::encode::{Coded, Work};
-use crate::geometry::{BRICK, MOST_BOOKS, number, positions};
-use crate::payload::{brick_words, count_bits, mean_width};
-use crate::plan::fixed_bits;
-use crate::settle::{Sum, best_counts};
+use super::cost::fixed_bits;
+use super::frame::{brick_words, count_bits};
+use super::rate_control::{Sum, best_counts};
+use crate::encode::closed_loop::Plane;
+use crate::encode::train::book::Book;
+use crate::encode::work::{Coded, Work};
+use crate::stream::bits::mean_width;
+use crate::stream::geometry::{BRICK, MOST_BOOKS, number, positions};
 
 /// A brick of one plane.
 struct Brick<'a> {
