@@ -9,6 +9,7 @@ pub mod conformance;
 pub mod container;
 pub mod diagnostic;
 pub mod file;
+pub mod kit;
 pub mod memory;
 pub mod metrics;
 pub mod pipeline;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use cvr::registry::{Names, renderer};
-use cvr_core::codec::{DecodeError, Decoder, Settings, decode_stages};
+use cvr_core::codec::{DecodeError, Decoder, Setting, SettingKind, SettingValue, Settings, decode_stages};
 use cvr_core::pipeline::parse_colour;
 use cvr_core::render::{
     Camera, Cell, ClipBox, ControlPoint, DecodedFrame, Filter, Image, MacrocellRanges, Macrocells,
@@ -337,25 +337,39 @@ fn held(decoder: &dyn Decoder, stages: u8, name: &str) -> usize {
     values
 }
 
+/// A few values of a setting, from one end of what it allows to the other, the cheap side of an open one.
+fn values_of(setting: &Setting) -> Vec<SettingValue> {
+    let block = |size: String| SettingValue::Text(size);
+    match setting.kind {
+        SettingKind::Integer { min, max } => {
+            [min, (min + 14).min(max), (min + 298).min(max)].map(SettingValue::Integer).into()
+        }
+        SettingKind::OneOf(numbers) => {
+            [0, numbers.len() / 2, numbers.len() - 1].map(|i| SettingValue::Integer(numbers[i])).into()
+        }
+        SettingKind::Float { min, max } => {
+            [0.0, 0.03, 0.25].map(|part| SettingValue::Float(min + (max - min) * part)).into()
+        }
+        SettingKind::Choice(words) => words.iter().map(|w| SettingValue::Text((*w).to_owned())).collect(),
+        SettingKind::Boolean => [false, true].map(SettingValue::Boolean).into(),
+        SettingKind::Block { max } => {
+            ["3x5x2".to_owned(), "4".to_owned(), max.min(16).to_string()].map(block).into()
+        }
+        SettingKind::Text { .. } => vec![setting.default.into()],
+    }
+}
+
 /// Every value that a codec decodes lies in the ranges of all macrocells within reach of it, at each of its levels.
 #[test]
 fn ranges_hold_every_decoded_value() {
     let names = Names::new().unwrap();
     let mut values = 0;
     for codec in names.codecs().iter() {
-        let (name, choices): (_, &[&str]) = match codec.info().id {
-            "raw" => ("bits", &["native", "8", "half"]),
-            "bc4" => ("quality", &["range", "search"]),
-            "external" => ("sample", &["native", "f32"]),
-            "hvq" => ("detail_codewords", &["2", "16", "300"]),
-            "tvq" => ("index_bits", &["0", "4", "8"]),
-            "zfp" => ("rate", &["0.140625", "1.1", "8"]),
-            _ => ("block", &["3x5x2", "4", "16"]),
-        };
-        for &choice in choices {
+        let setting = codec.info().settings.iter().find(|s| !matches!(s.kind, SettingKind::Text { .. }));
+        for choice in setting.into_iter().flat_map(values_of) {
             for sample in [SampleType::U8, SampleType::I16, SampleType::F32] {
                 let mut settings = Settings::default();
-                settings.set(name, choice.into());
+                settings.set(setting.unwrap().name, choice.clone());
                 let settings = settings.complete(codec.info()).unwrap();
                 let decoder = opened(codec.as_ref(), &settings, &varied([19, 8, 25], sample, 1));
                 for stages in (1..codec.stages(&settings)).chain([Level::ALL_STAGES]) {

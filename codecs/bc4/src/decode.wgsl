@@ -1,4 +1,5 @@
-// One voxel out of its block: the twin of decode.rs, function for function.
+// One voxel out of its block: the twin of decode.rs, function for function. It brings a fetch and a cell of its own, since the
+// kit's fetches the words of a block for every corner of a cell.
 //
 // Constants: bc4_grid (vec3<u32>: blocks along x and y, slices), bc4_channels, bc4_offset, bc4_step, bc4_high,
 // bc4_part. Resource: bc4_blocks.
@@ -36,7 +37,7 @@ fn bc4_texel(x: u32, y: u32) -> u32 {
     return (y % 4u) * 4u + x % 4u;
 }
 
-fn bc4_block(p: vec3<u32>, c: u32) -> vec2<u32> {
+fn bc4_words(p: vec3<u32>, c: u32) -> vec2<u32> {
     let row = (p.z * bc4_channels + c) * bc4_grid.y + p.y / 4u;
     let word = 2u * (row * bc4_grid.x + p.x / 4u);
     return vec2<u32>(bc4_blocks(word), bc4_blocks(word + 1u));
@@ -46,7 +47,7 @@ fn bc4_fetch(p: vec3<i32>) -> vec4<f32> {
     let v = vec3<u32>(p);
     var out = vec4<f32>(0.0);
     for (var c = 0u; c < bc4_channels; c++) {
-        let words = bc4_block(v, c);
+        let words = bc4_words(v, c);
         out[c] = bc4_voxel(words, bc4_texel(v.x, v.y));
     }
     return out;
@@ -54,18 +55,18 @@ fn bc4_fetch(p: vec3<i32>) -> vec4<f32> {
 
 fn bc4_corners(start: vec2<u32>, end: vec2<u32>, z: u32, c: u32) -> vec4<f32> {
     let across = end.x / 4u != start.x / 4u;
-    let block_00 = bc4_block(vec3<u32>(start, z), c);
+    let block_00 = bc4_words(vec3<u32>(start, z), c);
     var block_10 = block_00;
     if across {
-        block_10 = bc4_block(vec3<u32>(end.x, start.y, z), c);
+        block_10 = bc4_words(vec3<u32>(end.x, start.y, z), c);
     }
     var block_01 = block_00;
     var block_11 = block_10;
     if end.y / 4u != start.y / 4u {
-        block_01 = bc4_block(vec3<u32>(start.x, end.y, z), c);
+        block_01 = bc4_words(vec3<u32>(start.x, end.y, z), c);
         block_11 = block_01;
         if across {
-            block_11 = bc4_block(vec3<u32>(end, z), c);
+            block_11 = bc4_words(vec3<u32>(end, z), c);
         }
     }
     return vec4<f32>(

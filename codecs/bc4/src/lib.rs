@@ -5,27 +5,18 @@
 
 pub mod block;
 pub mod decode;
-mod decoder;
-mod encode;
-mod geometry;
+mod records;
 mod scale;
 mod search;
 
 use std::sync::Arc;
 
-use cvr_core::codec::{
-    Block, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Setting,
-    SettingKind, Settings,
-};
-use cvr_core::container::EncodedVolume;
-use cvr_core::volume::Extent;
+use cvr_core::codec::{Codec, CodecInfo, DecodedBy, Paper, Setting, SettingKind};
+use cvr_core::kit::CodecOfBlocks;
 
-pub use geometry::Geometry;
+pub use records::Records;
 pub use scale::Scale;
 pub use search::{Quality, encode_block};
-
-/// Tensor and shader resource: the blocks.
-const BLOCKS: &str = "blocks";
 
 static INFO: CodecInfo = CodecInfo {
     id: "bc4",
@@ -48,32 +39,10 @@ static INFO: CodecInfo = CodecInfo {
 };
 
 /// The codec `bc4`.
-#[derive(Copy, Clone, Debug, Default)]
-pub struct Bc4;
+pub const BC4: CodecOfBlocks<Records> = CodecOfBlocks::new();
 
 /// The codec, as a registry takes it.
 #[must_use]
 pub fn codec() -> Arc<dyn Codec> {
-    Arc::new(Bc4)
-}
-
-impl Codec for Bc4 {
-    fn info(&self) -> &CodecInfo {
-        &INFO
-    }
-
-    /// Of 4×4 voxels of one slice.
-    fn block(&self, _settings: &Settings) -> Option<Block> {
-        Extent::new(4, 4, 1).ok().map(Block)
-    }
-
-    fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
-        let quality = Quality::from_name(settings.text("quality")?)
-            .ok_or_else(|| ConfigError::Incomplete("quality".to_owned()))?;
-        Ok(Box::new(encode::Bc4Encoder { quality }))
-    }
-
-    fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
-        Ok(Box::new(decoder::Bc4Decoder::new(&volume)?))
-    }
+    Arc::new(BC4)
 }

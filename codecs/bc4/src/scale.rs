@@ -13,6 +13,28 @@ pub struct Parameters {
     pub range: ValueRange,
 }
 
+/// Smallest step between two codes of wide samples, 2^-100: below it a device that flushes subnormals would lose whole
+/// steps.
+const SMALLEST_STEP: f64 = 1.0 / (1_u128 << 100) as f64;
+
+/// A range over which codes can be spread.
+///
+/// # Errors
+/// A sentence, when it overflows single precision or its steps are too small.
+pub fn checked(range: ValueRange) -> Result<ValueRange, String> {
+    let ValueRange { min, max } = range;
+    if !(max - min).is_finite() {
+        return Err(format!("the range {min} to {max} overflows single precision; scale the volume"));
+    }
+    if max > min && range.span() / 255.0 < SMALLEST_STEP {
+        return Err(format!(
+            "a 255th of the range {min} to {max} is too small for single precision on a device (less than 2^-100); \
+             scale the volume"
+        ));
+    }
+    Ok(range)
+}
+
 /// How codes become values: `min(offset + step · code, high)`.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Scale {

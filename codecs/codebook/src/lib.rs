@@ -21,6 +21,7 @@ mod quantise;
 pub mod sample;
 mod scores;
 mod search;
+pub mod settings;
 mod train;
 mod vectors;
 mod wide;

@@ -54,6 +54,31 @@ pub fn unpack(words: &[u32], bits: u32, i: usize) -> u32 {
     number & (((1_u64 << bits) - 1) as u32)
 }
 
+/// The first of `count` numbers that are `bits` wide which is `size` or more, by its place: an index that names no codeword.
+///
+/// # Panics
+/// When there are fewer numbers.
+#[must_use]
+pub fn first_beyond(words: &[u32], bits: u32, count: usize, size: u32) -> Option<(usize, u32)> {
+    if u64::from(size) == 1 << bits {
+        return None;
+    }
+    (0..count).map(|i| (i, unpack(words, bits, i))).find(|(_, index)| *index >= size)
+}
+
+/// Least and largest code of each of `size` codewords of `dimension` codes that are `bits` wide.
+///
+/// # Panics
+/// When there are fewer codes.
+#[must_use]
+pub fn code_ranges(words: &[u32], bits: u32, dimension: usize, size: usize) -> Vec<(u32, u32)> {
+    let of_codeword = |k: usize| {
+        let codes = (k * dimension..(k + 1) * dimension).map(|i| unpack(words, bits, i));
+        codes.fold((u32::MAX, 0), |(low, high), code| (low.min(code), high.max(code)))
+    };
+    (0..size).map(of_codeword).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,6 +92,16 @@ mod tests {
         packer.flush(&mut words);
         assert_eq!(words, [0x8945_6123, 0xabc7]);
         assert_eq!([0, 1, 2, 3].map(|i| unpack(&words, 12, i)), [0x123, 0x456, 0x789, 0xabc]);
+    }
+
+    #[test]
+    fn what_is_beyond_and_what_codewords_reach_is_found() {
+        let (mut packer, mut words) = (BitPacker::new(8), Vec::new());
+        [3, 9, 2, 7, 200, 1].into_iter().for_each(|n| packer.push(n, &mut words));
+        packer.flush(&mut words);
+        assert_eq!(first_beyond(&words, 8, 6, 10), Some((4, 200)));
+        assert_eq!((first_beyond(&words, 8, 4, 10), first_beyond(&words, 8, 6, 256)), (None, None));
+        assert_eq!(code_ranges(&words, 8, 3, 2), [(2, 9), (1, 200)]);
     }
 
     #[test]

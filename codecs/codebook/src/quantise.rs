@@ -1,5 +1,6 @@
 //! How a codeword is stored: a code of 8 or 16 bits per component, an offset and a step for the whole codebook.
 
+use cvr_core::codec::{Agreement, DecodedForm, TexelFormat};
 use cvr_core::volume::ValueRange;
 
 /// Smallest step, 2^-100. Below it values come near the subnormals, which a device may flush.
@@ -111,6 +112,21 @@ impl Quantiser {
     pub fn is_exact(self) -> bool {
         let exact = |code| f64::from(self.offset) + f64::from(self.step) * f64::from(code);
         (0..1 << self.bits).all(|code: u32| f64::from(self.value(code)) == exact(code))
+    }
+
+    /// The texel of a codec whose decoded values are those of codes: the code itself.
+    #[must_use]
+    pub fn decoded_form(self) -> DecodedForm {
+        let format = if self.bits == 8 { TexelFormat::Unorm8 } else { TexelFormat::Unorm16 };
+        DecodedForm { format, scale: self.span(), offset: self.offset }
+    }
+
+    /// How closely a shader follows [`Quantiser::value`]: the product is exact and the sum rounded once, so that a fused
+    /// multiply-add changes nothing. Where values are rounded, a texel that holds the code decodes by a sum of its own and
+    /// may meet the neighbouring number.
+    #[must_use]
+    pub fn agreement(self) -> Agreement {
+        if self.is_exact() { Agreement::Exact } else { Agreement::Ulp(1) }
     }
 }
 

@@ -1,12 +1,13 @@
 //! The encoder: codebooks from a part of the blocks, then mean and indices of every block.
 
-use cvr_codebook::blocks::{BlockRow, Draw, cuts, inside, value_range};
+use cvr_codebook::blocks::{cuts, inside};
 use cvr_codebook::pack::BitPacker;
-use cvr_codebook::{Codebook, Initial, Search, sample};
+use cvr_codebook::settings::TrainingSettings;
+use cvr_codebook::{Codebook, Search, sample};
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
+use cvr_core::kit::{BlockRow, code_frame, value_range};
 use cvr_core::volume::{BrickSource, FrameIndex};
-use rayon::prelude::*;
 
 use crate::blocks::{Levels, Means, sub_block_of};
 use crate::geometry::{Geometry, Parameters, TrainingRecord, VOXELS, block};
@@ -21,14 +22,7 @@ pub struct HvqEncoder {
     /// Bits of a mean; `None` for those of the samples.
     pub mean_bits: Option<u32>,
     pub codeword_bits: u32,
-    /// Whether each frame has tables of its own.
-    pub per_frame: bool,
-    pub training_blocks: u64,
-    pub iterations: u32,
-    /// The first codebook.
-    pub draw: Draw,
-    pub initial: Initial,
-    pub seed: u64,
+    pub training: TrainingSettings,
 }
 
 impl Encoder for HvqEncoder {
@@ -42,10 +36,16 @@ impl Encoder for HvqEncoder {
         let range = value_range(source, block(), run)?;
         let levels = Levels::over(range, layout.sample, self.mean_bits, self.codeword_bits)
             .map_err(EncodeError::Unsupported)?;
-        let frames_per_table = if self.per_frame { 1 } else { layout.frames };
-        let served = (0..layout.frames).step_by(frames_per_table as usize);
-        let served: Vec<_> = served.map(|first| first..first + frames_per_table).collect();
-        let trainer = Trainer { encoder: self, source, levels, served: &served, run };
+        let with = self.training;
+        let trainer = Trainer {
+            codewords: self.codewords,
+            codeword_bits: self.codeword_bits,
+            with,
+            source,
+            levels,
+            served: with.served(layout.frames),
+            run,
+        };
         let ([coarse, detail], blocks) = trainer.tables()?;
         let parameters = Parameters {
             grid: block().grid(layout.extent).to_array(),
@@ -59,9 +59,9 @@ impl Encoder for HvqEncoder {
             coarse: coarse.parameters.clone(),
             detail: detail.parameters.clone(),
             training: TrainingRecord {
-                initial: self.initial.name().to_owned(),
+                initial: with.initial.name().to_owned(),
                 generator: sample::GENERATOR.to_owned(),
-                seed: self.seed,
+                seed: with.seed,
                 blocks,
                 coarse: coarse.record.clone(),
                 detail: detail.record.clone(),
@@ -145,7 +145,7 @@ impl<'a> Coder<'a> {
             let detail = Search::new(detail, (!whole).then_some(&exists[..]));
             Cut { size, exists, whole, detail }
         };
-        let cuts = cuts(block(), geometry.extent).into_iter().map(of_cut).collect();
+        let cuts = cuts(block(), geometry.grid.volume()).into_iter().map(of_cut).collect();
         Self { geometry, levels, tables, integers, coarse: Search::new(coarse, None), cuts }
     }
 
@@ -162,22 +162,16 @@ impl<'a> Coder<'a> {
         let mut planes = [g.means, g.coarse.plane, g.detail.plane]
             .map(|plane| (BitPacker::new(plane.bits), Vec::with_capacity(plane.words as usize)));
         let mut worst = 0.0_f64;
-        for bz in 0..g.grid.z() {
-            let code = |by| {
-                let row = BlockRow::read(source, block(), frame, by, bz)?;
-                Ok(self.row(&row))
-            };
-            let rows = (0..g.grid.y()).into_par_iter().map(code);
-            let rows: Vec<Codes> = rows.collect::<Result<_, EncodeError>>()?;
+        let row = |by, bz| Ok(self.row(&BlockRow::read(source, block(), frame, by, bz)?));
+        code_frame(&g.grid, 1, run, row, |rows| {
             for Codes { means, coarse, detail, worst: error } in rows {
                 for ((packer, words), numbers) in planes.iter_mut().zip([means, coarse, detail]) {
                     numbers.into_iter().for_each(|number| packer.push(number, words));
                 }
                 worst = worst.max(error);
             }
-            let slices = block().region([0, 0, bz], g.extent).extent.z();
-            run.advance(u64::from(slices) * u64::from(g.extent.x()) * u64::from(g.extent.y()))?;
-        }
+            Ok(())
+        })?;
         for (packer, words) in &mut planes {
             packer.flush(words);
             out.append_words(INDEX, words)?;
@@ -187,7 +181,7 @@ impl<'a> Coder<'a> {
 
     /// The codes of a row of blocks.
     fn row(&self, row: &BlockRow) -> Codes {
-        let blocks = self.geometry.grid.x();
+        let blocks = self.geometry.grid.blocks().x();
         let whole = if row.cut(blocks - 1) == row.cut(0) { blocks } else { blocks - 1 };
         let mut codes = Codes::default();
         for part in [0..whole, whole..blocks] {

@@ -2,6 +2,7 @@
 
 use cvr_codebook::Quantiser;
 use cvr_core::codec::Block;
+use cvr_core::kit::BlockGrid;
 use cvr_core::volume::{Extent, VolumeLayout};
 use serde::{Deserialize, Serialize};
 
@@ -101,10 +102,8 @@ pub struct Stage {
 /// Sizes that follow from layout and parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
-    /// Voxels.
-    pub extent: Extent,
-    /// Blocks along each axis, edge blocks cut.
-    pub grid: Extent,
+    /// Blocks over the volume.
+    pub grid: BlockGrid,
     /// Values per voxel: 1 or 3.
     pub channels: u32,
     /// What a level is worth.
@@ -134,10 +133,10 @@ impl Geometry {
     #[must_use]
     pub fn new(layout: &VolumeLayout, parameters: &Parameters) -> Option<Self> {
         let p = parameters;
-        let grid = block().grid(layout.extent);
+        let grid = BlockGrid::new(block(), layout.extent);
         let levels = Quantiser::of_stream(p.level_bits, p.offset, p.step)?;
         let mean_codes = matches!(p.mean_bits, 8 | 16).then(|| (1_u64 << p.mean_bits) - 1)?;
-        let fits = grid.to_array() == p.grid
+        let fits = grid.blocks().to_array() == p.grid
             && u64::from(p.top) < 1 << p.level_bits
             && levels.value(p.top).is_finite()
             && (1..=1 << 24).contains(&(u64::from(p.mean_step) * mean_codes))
@@ -152,7 +151,7 @@ impl Geometry {
             let words = numbers.checked_mul(bits.into())?.div_ceil(32);
             Some(Plane { first, bits, words })
         };
-        let blocks = grid.voxels();
+        let blocks = grid.blocks().voxels();
         let channels = layout.channels;
         let means = plane(0, p.mean_bits, blocks.checked_mul(channels.into())?)?;
         let lanes = u64::from(32 / p.codeword_bits);
@@ -171,7 +170,6 @@ impl Geometry {
         let coarse = stage(&p.coarse, SUB_BLOCKS, means.words, 0)?;
         let detail = stage(&p.detail, VOXELS, means.words + coarse.plane.words, coarse.words)?;
         Some(Self {
-            extent: layout.extent,
             grid,
             channels,
             levels,
@@ -181,6 +179,30 @@ impl Geometry {
             codeword_bits: p.codeword_bits,
             coarse,
             detail,
+        })
+    }
+
+    /// The geometry of a stream.
+    ///
+    /// # Errors
+    /// A sentence with the parameters, where [`Geometry::new`] has none.
+    pub fn of_stream(layout: &VolumeLayout, parameters: &Parameters) -> Result<Self, String> {
+        Self::new(layout, parameters).ok_or_else(|| {
+            let &Parameters { grid, level_bits, top, offset, step, mean_bits, mean_step, .. } = parameters;
+            let &Parameters { codeword_bits, ref coarse, ref detail, .. } = parameters;
+            format!(
+                "a grid of {grid:?}, levels of {level_bits} bits to {top} from {offset} in steps of {step}, means of \
+                 {mean_bits} bits in steps of {mean_step}, codewords of {codeword_bits} bits: {} coarse tables (zero \
+                 {}, step {}) and {} of detail (zero {}, step {}) for {} frames of {} voxels",
+                coarse.tables.len(),
+                coarse.zero,
+                coarse.step,
+                detail.tables.len(),
+                detail.zero,
+                detail.step,
+                layout.frames,
+                layout.extent
+            )
         })
     }
 
@@ -230,7 +252,8 @@ impl Geometry {
     /// 64 RGB voxels are less than 2^24 values.
     #[must_use]
     pub const fn fits_a_shader(&self) -> bool {
-        self.grid.voxels() * self.channels as u64 <= u32::MAX as u64 && self.index_words() <= u32::MAX as u64
+        self.grid.blocks().voxels() * self.channels as u64 <= u32::MAX as u64
+            && self.index_words() <= u32::MAX as u64
     }
 }
 

@@ -6,22 +6,20 @@
 
 mod blocks;
 pub mod decode;
-mod decoder;
 mod encode;
 mod geometry;
+mod reader;
 mod stage;
 mod training;
 
 use std::sync::Arc;
 
-use cvr_codebook::Initial;
-use cvr_codebook::blocks::Draw;
+use cvr_codebook::settings::{self, TrainingSettings, natural};
 use cvr_core::codec::{
     Block, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Setting,
     SettingKind, Settings,
 };
 use cvr_core::container::EncodedVolume;
-use cvr_core::volume::Extent;
 
 pub use geometry::{Geometry, Parameters, Plane, Stage, StageRecord, TrainingRecord};
 pub use stage::StageParameters;
@@ -76,41 +74,14 @@ static INFO: CodecInfo = CodecInfo {
         Setting {
             name: "tables",
             doc: "shared = one pair of codebooks for all frames; per-frame = one for each, trained from the one before",
-            kind: SettingKind::Choice(&["shared", "per-frame"]),
+            kind: settings::TABLES,
             default: "shared",
         },
-        Setting {
-            name: "training_blocks",
-            doc: "blocks that a codebook is trained on, drawn by chance; all where there are no more",
-            kind: SettingKind::Integer { min: 1, max: 1 << 24 },
-            default: "131072",
-        },
-        Setting {
-            name: "draw",
-            doc: "how training blocks are drawn where there are more: uniform = by chance alone; stratified = half of them \
-                  evenly over classes of variance, so that rare edges are in it",
-            kind: SettingKind::Choice(Draw::NAMES),
-            default: "uniform",
-        },
-        Setting {
-            name: "iterations",
-            doc: "rounds of training at most; it ends before, once a round gains less than a thousandth",
-            kind: SettingKind::Integer { min: 0, max: 1000 },
-            default: "50",
-        },
-        Setting {
-            name: "init",
-            doc: "first codebook, which training refines: pca = cells cut across their principal axis; pnn = pairs of \
-                  nearest neighbours united; scalar = a grid of scalar quantisers; random = blocks drawn by chance",
-            kind: SettingKind::Choice(Initial::NAMES),
-            default: "pca",
-        },
-        Setting {
-            name: "seed",
-            doc: "of the choice of training blocks, and of what else chance decides",
-            kind: SettingKind::Integer { min: 0, max: i64::MAX },
-            default: "1",
-        },
+        settings::TRAINING_BLOCKS,
+        settings::DRAW,
+        settings::ITERATIONS,
+        settings::INIT,
+        settings::SEED,
     ],
     methods: &["tables", "draw", "init"],
 };
@@ -136,26 +107,19 @@ impl Codec for Hvq {
 
     /// Of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
-        Extent::cube(4).ok().map(Block)
+        Some(geometry::block())
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
-        let incomplete = |name: &str| ConfigError::Incomplete(name.to_owned());
-        let integer = |name| u32::try_from(settings.integer(name)?).map_err(|_| incomplete(name));
         Ok(Box::new(encode::HvqEncoder {
-            codewords: [integer("coarse_codewords")?, integer("detail_codewords")?],
+            codewords: [natural(settings, "coarse_codewords")?, natural(settings, "detail_codewords")?],
             mean_bits: settings.text("mean_bits")?.parse().ok(),
-            codeword_bits: integer("codeword_bits")?,
-            per_frame: settings.text("tables")? == "per-frame",
-            training_blocks: integer("training_blocks")?.into(),
-            iterations: integer("iterations")?,
-            draw: Draw::named(settings.text("draw")?).ok_or_else(|| incomplete("draw"))?,
-            initial: Initial::named(settings.text("init")?).ok_or_else(|| incomplete("init"))?,
-            seed: u64::try_from(settings.integer("seed")?).map_err(|_| incomplete("seed"))?,
+            codeword_bits: natural(settings, "codeword_bits")?,
+            training: TrainingSettings::of(settings)?,
         }))
     }
 
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
-        Ok(Box::new(decoder::HvqDecoder::new(&volume)?))
+        Ok(Box::new(reader::Reader::open(&volume)?))
     }
 }

@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use cvr_codebook::lbg::{Stop, Trained, refine};
+use cvr_codebook::settings::TrainingSettings;
 use cvr_codebook::{Codebook, Quantiser, Search, Vectors};
 use cvr_core::codec::{EncodeError, Progress};
 use cvr_core::volume::{BrickSource, ValueRange};
 
 use crate::blocks::{Levels, Means, sub_block_of};
-use crate::encode::HvqEncoder;
 use crate::geometry::{StageRecord, block};
 use crate::stage::StageParameters;
 
@@ -30,11 +30,14 @@ pub struct Tables {
 
 /// Where training blocks come from.
 pub struct Trainer<'a> {
-    pub encoder: &'a HvqEncoder,
+    /// Sizes of the coarse and of the detail codebook.
+    pub codewords: [u32; 2],
+    pub codeword_bits: u32,
+    pub with: TrainingSettings,
     pub source: &'a dyn BrickSource,
     pub levels: Levels,
     /// Frames that each table serves.
-    pub served: &'a [Range<u32>],
+    pub served: Vec<Range<u32>>,
     pub run: &'a Progress<'a>,
 }
 
@@ -44,20 +47,20 @@ type Set<'a> = dyn Fn(usize) -> Result<Vectors, EncodeError> + 'a;
 impl Trainer<'_> {
     /// Both stages, and how many blocks each table was trained on.
     pub fn tables(&self) -> Result<([Tables; 2], Vec<u64>), EncodeError> {
-        let [coarse_size, detail_size] = self.encoder.codewords.map(|size| size as usize);
+        let [coarse_size, detail_size] = self.codewords.map(|size| size as usize);
         let coarse = self.stage(coarse_size, &|table| Ok(self.coarse(&self.blocks(table)?).merged()))?;
         let detail = self.stage(detail_size, &|table| {
             let blocks = self.blocks(table)?;
             Ok(self.detail(&blocks, &coarse.codebooks[table]).merged())
         })?;
         let of_frame = block().grid(self.source.layout().extent).voxels();
-        let drawn = |frames: &Range<u32>| self.encoder.training_blocks.min(of_frame * frames.len() as u64);
+        let drawn = |frames: &Range<u32>| self.with.training_blocks.min(of_frame * frames.len() as u64);
         Ok(([coarse, detail], self.served.iter().map(drawn).collect()))
     }
 
     /// Training blocks of a table, in levels.
     fn blocks(&self, table: usize) -> Result<Vectors, EncodeError> {
-        let HvqEncoder { training_blocks, draw, seed, .. } = *self.encoder;
+        let TrainingSettings { training_blocks, draw, seed, .. } = self.with;
         let (frames, seed) = (self.served[table].clone(), seed.wrapping_add(table as u64));
         let blocks = draw.vectors(self.source, block(), frames, training_blocks, seed, self.run)?;
         Ok(self.levels.vectors(&blocks))
@@ -108,7 +111,7 @@ impl Trainer<'_> {
     /// The codebooks of one stage: first with codewords of 16 bits over all that is left over, then with codes of the
     /// width that is asked for, over the range of these codewords. A frame's first codebook is that of the frame before.
     fn stage(&self, size: usize, set: &Set<'_>) -> Result<Tables, EncodeError> {
-        let HvqEncoder { codeword_bits, iterations, .. } = *self.encoder;
+        let (codeword_bits, iterations) = (self.codeword_bits, self.with.iterations);
         let tables = self.served.len();
         // The set of a single table is kept; those of many frames would not fit.
         let only = if tables == 1 { Some(set(0)?) } else { None };
@@ -154,7 +157,7 @@ impl Trainer<'_> {
         table: usize,
         before: Option<&Codebook>,
     ) -> Result<Trained, EncodeError> {
-        let HvqEncoder { initial, iterations, seed, .. } = *self.encoder;
+        let TrainingSettings { initial, iterations, seed, .. } = self.with;
         let range = ValueRange::of(vectors.values().iter().copied().chain([0.0]));
         let range = range.unwrap_or(ValueRange { min: 0.0, max: 0.0 });
         let quantiser = Quantiser::over(range, 16, false).map_err(EncodeError::Unsupported)?;

@@ -1,5 +1,8 @@
 //! One sample out of its word: the twin of decode.wgsl, function for function. This one defines the codec.
 
+use cvr_core::kit::{FetchVoxels, Voxel};
+use cvr_core::volume::{Extent, Region};
+
 use crate::form::{Form, Kind};
 
 /// One frame of a stream.
@@ -10,7 +13,7 @@ pub struct Frame<'a> {
     /// How codes sit in them.
     pub form: Form,
     /// Voxels along x, y, z.
-    pub extent: [u32; 3],
+    pub extent: Extent,
     /// Values per voxel: 1 or 3.
     pub channels: u32,
 }
@@ -57,19 +60,41 @@ pub fn value(form: &Form, code: u32) -> f32 {
     }
 }
 
-/// The voxel at `p`; channels that do not exist are 0.
-///
-/// # Panics
-/// When `p` lies outside.
-#[must_use]
-pub fn fetch(frame: &Frame<'_>, p: [u32; 3]) -> [f32; 4] {
-    let voxel = (p[2] as usize * frame.extent[1] as usize + p[1] as usize) * frame.extent[0] as usize;
-    let first = (voxel + p[0] as usize) * frame.channels as usize;
-    let mut out = [0.0; 4];
-    for (c, out) in out.iter_mut().enumerate().take(frame.channels as usize) {
-        *out = value(&frame.form, code(&frame.form, frame.samples, first + c));
+impl FetchVoxels for Frame<'_> {
+    fn channels(&self) -> usize {
+        self.channels as usize
     }
-    out
+
+    fn fetch(&self, p: [u32; 3]) -> Voxel {
+        let first = self.extent.index(p) * self.channels as usize;
+        let mut out = [0.0; 4];
+        for (c, out) in out.iter_mut().enumerate().take(self.channels as usize) {
+            *out = value(&self.form, code(&self.form, self.samples, first + c));
+        }
+        out
+    }
+
+    fn fetch_box(&self, region: Region, out: &mut [f32]) {
+        let channels = self.channels();
+        let rows = region.rows().zip(out.chunks_exact_mut(region.extent.x() as usize * channels));
+        // One loop per kind, so that the inner loop has no branch.
+        macro_rules! fill {
+            ($value:expr) => {
+                for (start, out) in rows {
+                    let first = self.extent.index(start) * channels;
+                    for (k, out) in out.iter_mut().enumerate() {
+                        *out = $value(code(&self.form, self.samples, first + k));
+                    }
+                }
+            };
+        }
+        match self.form.kind {
+            Kind::Unsigned => fill!(|code| code as f32),
+            Kind::Single => fill!(f32::from_bits),
+            Kind::Half => fill!(half),
+            Kind::Signed | Kind::Scaled => fill!(|code| value(&self.form, code)),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -3,9 +3,9 @@
 //! It is the baseline of every comparison. The stream is specified in this crate's README.md.
 
 pub mod decode;
-mod decoder;
 mod encode;
 mod form;
+mod reader;
 
 use std::sync::Arc;
 
@@ -57,6 +57,6 @@ impl Codec for Raw {
     }
 
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
-        Ok(Box::new(decoder::RawDecoder::new(&volume)?))
+        Ok(Box::new(reader::Reader::open(&volume)?))
     }
 }

@@ -1,4 +1,8 @@
-//! One voxel out of the two volumes: the twin of decode.wgsl, function for function. This one defines the codec.
+//! One voxel out of the two volumes: the twin of decode.wgsl, function for function, but that cells and rows are the kit's
+//! here. This one defines the codec.
+
+use cvr_core::kit::{BlockFrame, BlockGrid};
+use cvr_core::volume::ValueRange;
 
 use crate::geometry::Geometry;
 
@@ -13,8 +17,14 @@ pub struct Frame<'a> {
     pub geometry: &'a Geometry,
 }
 
-/// A voxel: one value per channel, 0 where there is no channel.
-pub type Voxel = [f32; 4];
+/// What the voxels of a block share.
+#[derive(Copy, Clone, Debug)]
+pub struct Head {
+    /// Minimum and maximum of each channel.
+    ends: [[f32; 2]; 3],
+    /// First voxel.
+    origin: [u32; 3],
+}
 
 impl Frame<'_> {
     /// An endpoint of an integer type, from its code in the low bits.
@@ -57,102 +67,56 @@ impl Frame<'_> {
     #[must_use]
     #[inline]
     pub fn entry(&self, block: [u32; 3]) -> usize {
-        let grid = &self.geometry.grid;
-        let row = block[2] as usize * grid.y() as usize + block[1] as usize;
-        (row * grid.x() as usize + block[0] as usize) * self.geometry.channels as usize
+        self.geometry.grid.number(block) * self.geometry.channels as usize
     }
 
     /// First word of a row of indices.
     #[must_use]
     #[inline]
     pub fn row(&self, y: u32, z: u32) -> usize {
-        (z as usize * self.geometry.extent.y() as usize + y as usize) * self.geometry.row_words as usize
+        (z as usize * self.geometry.grid.volume().y() as usize + y as usize)
+            * self.geometry.row_words as usize
     }
 
-    /// The voxel at `p`: two fetches per channel.
+    /// The range of a block, of all channels.
     ///
     /// # Panics
-    /// When `p` lies outside.
+    /// When there is no such block.
     #[must_use]
-    #[inline]
-    pub fn fetch(&self, p: [u32; 3]) -> Voxel {
-        let g = self.geometry;
-        let entry = self.entry(block_of(g, p));
-        let row = self.row(p[1], p[2]);
-        let mut out = [0.0; 4];
-        for c in 0..g.channels {
-            let bit = (p[0] as usize * g.channels as usize + c as usize) * g.index_bits as usize;
-            let word = self.index[row + (bit >> 5)];
-            let index = (word >> (bit & 31)) & g.levels();
-            out[c as usize] = self.value(self.endpoints(entry + c as usize), index);
-        }
-        out
+    pub fn range(&self, block: [u32; 3]) -> ValueRange {
+        let ends = self.head(block).ends.into_iter().take(BlockFrame::channels(self));
+        let ranges = ends.map(|[min, max]| ValueRange { min, max });
+        ranges.reduce(ValueRange::union).unwrap_or(ValueRange { min: 0.0, max: 0.0 })
+    }
+}
+
+impl BlockFrame for Frame<'_> {
+    type Head = Head;
+
+    fn grid(&self) -> &BlockGrid {
+        &self.geometry.grid
     }
 
-    /// Endpoints of channel `c` at both ends of a row of a cell, fetched once when they are in one block.
-    #[inline]
-    fn ends(&self, from_x: u32, to_x: u32, y: u32, z: u32, c: u32) -> [[f32; 2]; 2] {
-        let from = self.endpoints(self.entry([from_x, y, z]) + c as usize);
-        if from_x == to_x {
-            return [from, from];
-        }
-        [from, self.endpoints(self.entry([to_x, y, z]) + c as usize)]
+    fn channels(&self) -> usize {
+        self.geometry.channels as usize
     }
 
-    /// Channel `c` at both ends of a row of a cell; the index word is fetched once when both are in it.
     #[inline]
-    fn pair(&self, ends: [[f32; 2]; 2], row: usize, from: u32, to: u32, c: u32) -> [f32; 2] {
-        let g = self.geometry;
-        let bit = |x: u32| (x as usize * g.channels as usize + c as usize) * g.index_bits as usize;
-        let (from_bit, to_bit) = (bit(from), bit(to));
-        let from_word = self.index[row + (from_bit >> 5)];
-        let mut to_word = from_word;
-        if to_bit >> 5 != from_bit >> 5 {
-            to_word = self.index[row + (to_bit >> 5)];
+    fn head(&self, block: [u32; 3]) -> Head {
+        let (entry, size) = (self.entry(block), self.geometry.grid.block().0.to_array());
+        let mut ends = [[0.0; 2]; 3];
+        for (c, ends) in ends.iter_mut().enumerate().take(BlockFrame::channels(self)) {
+            *ends = self.endpoints(entry + c);
         }
-        let from_index = (from_word >> (from_bit & 31)) & g.levels();
-        let to_index = (to_word >> (to_bit & 31)) & g.levels();
-        [self.value(ends[0], from_index), self.value(ends[1], to_index)]
+        Head { ends, origin: [0, 1, 2].map(|a| block[a] * size[a]) }
     }
 
-    /// The corners of the cell from `p` to `q` ("optimised linear", section 4.3): corner `i` takes x from bit 0, y
-    /// from bit 1, z from bit 2 of `i`. Equal to eight calls of [`Frame::fetch`].
-    ///
-    /// # Panics
-    /// When a corner lies outside.
-    #[must_use]
     #[inline]
-    pub fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> [Voxel; 8] {
-        let g = self.geometry;
-        let (from, to) = (block_of(g, p), block_of(g, q));
-        let mut out = [[0.0; 4]; 8];
-        for c in 0..g.channels {
-            let ends_00 = self.ends(from[0], to[0], from[1], from[2], c);
-            let mut ends_10 = ends_00;
-            if to[1] != from[1] {
-                ends_10 = self.ends(from[0], to[0], to[1], from[2], c);
-            }
-            let mut ends_01 = ends_00;
-            let mut ends_11 = ends_10;
-            if to[2] != from[2] {
-                ends_01 = self.ends(from[0], to[0], from[1], to[2], c);
-                ends_11 = ends_01;
-                if to[1] != from[1] {
-                    ends_11 = self.ends(from[0], to[0], to[1], to[2], c);
-                }
-            }
-            let pairs = [
-                self.pair(ends_00, self.row(p[1], p[2]), p[0], q[0], c),
-                self.pair(ends_10, self.row(q[1], p[2]), p[0], q[0], c),
-                self.pair(ends_01, self.row(p[1], q[2]), p[0], q[0], c),
-                self.pair(ends_11, self.row(q[1], q[2]), p[0], q[0], c),
-            ];
-            for (i, pair) in pairs.into_iter().enumerate() {
-                out[2 * i][c as usize] = pair[0];
-                out[2 * i + 1][c as usize] = pair[1];
-            }
-        }
-        out
+    fn voxel(&self, head: Head, inside: [u32; 3], c: usize) -> f32 {
+        let (g, p) = (self.geometry, [0, 1, 2].map(|a| head.origin[a] + inside[a]));
+        let bit = (p[0] as usize * g.channels as usize + c) * g.index_bits as usize;
+        let word = self.index[self.row(p[1], p[2]) + (bit >> 5)];
+        self.value(head.ends[c], (word >> (bit & 31)) & g.levels())
     }
 }
 
@@ -161,11 +125,4 @@ impl Frame<'_> {
 #[inline]
 pub(crate) fn value(ends: [f32; 2], index: u32, reciprocal: f32) -> f32 {
     (ends[0] + (ends[1] - ends[0]) * (index as f32 * reciprocal)).min(ends[1])
-}
-
-/// Block that voxel `p` lies in.
-#[inline]
-fn block_of(g: &Geometry, p: [u32; 3]) -> [u32; 3] {
-    let [x, y, z] = g.block.0.to_array();
-    [p[0] / x, p[1] / y, p[2] / z]
 }

@@ -2,8 +2,8 @@
 
 use cvr_core::codec::{Block, EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
-use cvr_core::volume::{BrickSource, Extent, FrameIndex, Region, ValueRange};
-use rayon::prelude::*;
+use cvr_core::kit::{BlockRow, code_frame};
+use cvr_core::volume::{BrickSource, FrameIndex, ValueRange};
 
 use crate::decode::value;
 use crate::endpoint::EntryPacker;
@@ -26,7 +26,7 @@ pub struct S3dcEncoder {
 }
 
 /// A row of blocks along x.
-struct BlockRow {
+struct CodedRow {
     /// Minimum and maximum, blocks × channels.
     ends: Vec<[f32; 2]>,
     /// Rows of indices, y fastest, `row_words` each.
@@ -53,10 +53,8 @@ impl Encoder for S3dcEncoder {
         let (mut error_bound, mut flattened) = (0.0_f64, 0);
         for frame in (0..layout.frames).map(FrameIndex) {
             let mut packer = EntryPacker::new(geometry.endpoint);
-            for bz in 0..geometry.grid.z() {
-                let encode = |by| encode_block_row(source, &geometry, frame, by, bz);
-                let rows = (0..geometry.grid.y()).into_par_iter().map(encode);
-                let rows: Vec<BlockRow> = rows.collect::<Result<_, _>>()?;
+            let row = |by, bz| encode_block_row(&geometry, &BlockRow::read(source, block, frame, by, bz)?);
+            code_frame(&geometry.grid, 1, run, row, |rows| {
                 let mut words = Vec::new();
                 for row in &rows {
                     row.ends.iter().for_each(|[low, high]| packer.push(*low, *high, &mut words));
@@ -64,10 +62,8 @@ impl Encoder for S3dcEncoder {
                     flattened += row.flattened;
                 }
                 out.append_words(MINMAX, &words)?;
-                append_index(out, &geometry, &rows)?;
-                let slices = block.region([0, 0, bz], layout.extent).extent.z();
-                run.advance(u64::from(slices) * u64::from(layout.extent.x()) * u64::from(layout.extent.y()))?;
-            }
+                append_index(out, &geometry, &rows)
+            })?;
             let mut words = Vec::new();
             packer.flush(&mut words);
             out.append_words(MINMAX, &words)?;
@@ -86,11 +82,11 @@ impl Encoder for S3dcEncoder {
 fn append_index(
     out: &mut dyn StreamWriter,
     geometry: &Geometry,
-    rows: &[BlockRow],
+    rows: &[CodedRow],
 ) -> Result<(), EncodeError> {
     let row_words = geometry.row_words as usize;
-    let heights: Vec<usize> = (0..geometry.grid.y())
-        .map(|by| geometry.block.region([0, by, 0], geometry.extent).extent.y() as usize * row_words)
+    let heights: Vec<usize> = (0..geometry.grid.blocks().y())
+        .map(|by| geometry.grid.voxels([0, by, 0]).extent.y() as usize * row_words)
         .collect();
     let slices = rows.first().map_or(0, |row| row.index.len() / heights[0]);
     for slice in 0..slices {
@@ -101,28 +97,16 @@ fn append_index(
     Ok(())
 }
 
-fn encode_block_row(
-    source: &dyn BrickSource,
-    g: &Geometry,
-    frame: FrameIndex,
-    by: u32,
-    bz: u32,
-) -> Result<BlockRow, EncodeError> {
-    let first = g.block.region([0, by, bz], g.extent);
-    let [width, height, depth] = [g.extent.x(), first.extent.y(), first.extent.z()];
-    let whole = Extent::new(width, height, depth).unwrap_or(Extent::ONE);
+fn encode_block_row(g: &Geometry, voxels: &BlockRow) -> Result<CodedRow, EncodeError> {
     let channels = g.channels as usize;
-    let line = width as usize * channels;
-    let mut values = vec![0.0; whole.voxels() as usize * channels];
-    source.read(frame, Region { origin: first.origin, extent: whole }, &mut values)?;
-
-    let mut row = BlockRow {
-        ends: Vec::with_capacity(g.grid.x() as usize * channels),
-        index: vec![0; (height * depth) as usize * g.row_words as usize],
+    let (values, line) = (voxels.values(), g.grid.volume().x() as usize * channels);
+    let mut row = CodedRow {
+        ends: Vec::with_capacity(g.grid.blocks().x() as usize * channels),
+        index: vec![0; values.len() / line * g.row_words as usize],
         bound: 0.0,
         flattened: 0,
     };
-    let block = g.block.0.x() as usize * channels;
+    let block = g.grid.block().0.x() as usize * channels;
     for from in (0..line).step_by(block) {
         let to = (from + block).min(line);
         for c in 0..channels {
@@ -205,7 +189,7 @@ impl Quantiser {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cvr_core::volume::{SampleType, VolumeLayout};
+    use cvr_core::volume::{Extent, SampleType, VolumeLayout};
 
     fn quantiser(sample: SampleType, bits: u32, min: f32, max: f32) -> Quantiser {
         let layout = VolumeLayout::scalar(Extent::ONE, sample);

@@ -1,7 +1,8 @@
 //! Where blocks, endpoints and indices lie in the two tensors.
 
 use cvr_core::codec::Block;
-use cvr_core::volume::{Extent, VolumeLayout};
+use cvr_core::kit::BlockGrid;
+use cvr_core::volume::VolumeLayout;
 use serde::{Deserialize, Serialize};
 
 use crate::endpoint::Endpoint;
@@ -19,12 +20,8 @@ pub struct Parameters {
 /// Sizes that follow from layout and parameters.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Geometry {
-    /// Voxels.
-    pub extent: Extent,
-    /// Size of a block in voxels.
-    pub block: Block,
-    /// Blocks along each axis, edge blocks cut.
-    pub grid: Extent,
+    /// Blocks over the volume.
+    pub grid: BlockGrid,
     /// Values per voxel: 1 or 3.
     pub channels: u32,
     /// Bits per index: 1, 2, 4 or 8.
@@ -46,9 +43,7 @@ impl Geometry {
         }
         let row_bits = u64::from(layout.extent.x()) * u64::from(layout.channels) * u64::from(index_bits);
         Some(Self {
-            extent: layout.extent,
-            block,
-            grid: block.grid(layout.extent),
+            grid: BlockGrid::new(block, layout.extent),
             channels: layout.channels,
             index_bits,
             row_words: row_bits.div_ceil(32),
@@ -66,13 +61,13 @@ impl Geometry {
     /// Words of the MinMax volume, one frame.
     #[must_use]
     pub const fn minmax_words(&self) -> u64 {
-        (self.grid.voxels() * self.channels as u64 * self.endpoint.entry_bits() as u64).div_ceil(32)
+        (self.grid.blocks().voxels() * self.channels as u64 * self.endpoint.entry_bits() as u64).div_ceil(32)
     }
 
     /// Words of the Index volume, one frame.
     #[must_use]
     pub const fn index_words(&self) -> u64 {
-        self.row_words * self.extent.y() as u64 * self.extent.z() as u64
+        self.row_words * self.grid.volume().y() as u64 * self.grid.volume().z() as u64
     }
 
     /// Shape of the tensor `minmax`.
@@ -84,7 +79,7 @@ impl Geometry {
     /// Shape of the tensor `index`.
     #[must_use]
     pub fn index_shape(&self, frames: u32) -> [u64; 4] {
-        [u64::from(frames), self.extent.z().into(), self.extent.y().into(), self.row_words]
+        [u64::from(frames), self.grid.volume().z().into(), self.grid.volume().y().into(), self.row_words]
     }
 
     /// Whether a shader, which counts words and bits of a row in 32 bits, can address one frame.
@@ -98,7 +93,7 @@ impl Geometry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cvr_core::volume::SampleType;
+    use cvr_core::volume::{Extent, SampleType};
 
     #[test]
     fn the_largest_index_reaches_the_maximum() {

@@ -4,10 +4,10 @@
 //! stand in this crate's README.md.
 
 pub mod decode;
-mod decoder;
 mod encode;
 mod endpoint;
 mod geometry;
+mod reader;
 
 use std::sync::Arc;
 
@@ -76,6 +76,6 @@ impl Codec for S3dc {
     }
 
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
-        Ok(Box::new(decoder::S3dcDecoder::new(&volume)?))
+        Ok(Box::new(reader::Reader::open(&volume)?))
     }
 }

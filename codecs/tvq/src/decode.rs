@@ -1,10 +1,17 @@
 //! Voxels and cells out of means and sums of codewords: the twin of decode.wgsl, but that cells are put together block by
 //! block here, and there codebook by codebook, in which neighbouring invocations keep together. This one defines the codec.
 
-use crate::geometry::{
+mod check;
+mod interleave;
+pub(crate) mod reader;
+
+use cvr_core::kit::{FetchVoxels, Voxel};
+use cvr_core::render::Cell;
+
+use crate::stream::geometry::{
     BOOK_WORDS, BRICK, EDGE, Geometry, MOST_BOOKS, Payload, TABLE_HEAD, TOP, VOXELS, number,
 };
-use crate::scale::Scale;
+use crate::stream::scale::Scale;
 
 /// One frame of a stream at some stage.
 #[derive(Copy, Clone, Debug)]
@@ -22,9 +29,6 @@ pub struct Frame<'a> {
     /// Sizes.
     pub geometry: &'a Geometry,
 }
-
-/// A voxel: one value per channel, 0 where there is no channel.
-pub type Voxel = [f32; 4];
 
 /// Sums of one block at the ends of a cell's four rows along x; bit 0 of a row's number is y, bit 1 is z.
 pub type Ends = [[i32; 2]; 4];
@@ -236,13 +240,14 @@ impl Frame<'_> {
         }
         sums
     }
+}
 
-    /// The voxel at `p`.
-    ///
-    /// # Panics
-    /// When `p` lies outside.
-    #[must_use]
-    pub fn fetch(&self, p: [u32; 3]) -> Voxel {
+impl FetchVoxels for Frame<'_> {
+    fn channels(&self) -> usize {
+        self.geometry.channels as usize
+    }
+
+    fn fetch(&self, p: [u32; 3]) -> Voxel {
         let block = p.map(|p| p / EDGE);
         let place = place([0, 1, 2].map(|a| p[a] - block[a] * EDGE));
         let mut out = [0.0; 4];
@@ -252,13 +257,8 @@ impl Frame<'_> {
         out
     }
 
-    /// The corners of the cell from `p` to `q`: corner `i` takes x from bit 0, y from bit 1, z from bit 2 of `i`. Equal
-    /// to eight calls of [`Frame::fetch`]; what each of the one to eight blocks is the sum of is found once.
-    ///
-    /// # Panics
-    /// When a corner lies outside.
-    #[must_use]
-    pub fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> [Voxel; 8] {
+    /// What each of the one to eight blocks is the sum of is found once.
+    fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> Cell {
         // Axes along which the cell reaches into another block.
         let crossed = [0, 1, 2].map(|a| u32::from(p[a] / EDGE != q[a] / EDGE));
         let shifts = [0, crossed[0], crossed[0] + crossed[1]];
@@ -279,6 +279,26 @@ impl Frame<'_> {
             }
         }
         out
+    }
+
+    /// What a block is the sum of is found once per block.
+    fn fetch_row(&self, start: [u32; 3], out: &mut [f32]) {
+        let channels = self.channels();
+        let (mut p, mut rest) = (start, out);
+        while !rest.is_empty() {
+            let (block, inside) = self.geometry.grid.split(p);
+            let run = ((EDGE - inside[0]) as usize).min(rest.len() / channels);
+            let (part, later) = rest.split_at_mut(run * channels);
+            for c in 0..channels {
+                let terms = self.terms(block, c as u32);
+                let first = place(inside);
+                for (x, out) in part[c..].iter_mut().step_by(channels).enumerate() {
+                    *out = self.value(self.sum(&terms, first + x));
+                }
+            }
+            p[0] += run as u32;
+            rest = later;
+        }
     }
 }
 

@@ -3,32 +3,10 @@
 //! After N. Fout and K.-L. Ma, IEEE Transactions on Visualization and Computer Graphics 13 (6), 2007. The stream and the
 //! departures from the paper stand in this crate's README.md.
 
-mod allocate;
-mod blocks;
-mod books;
-mod bricks;
-mod check;
-mod classify;
-mod code;
 pub mod decode;
-mod decoder;
 mod encode;
-mod expected;
-mod fixed;
-mod geometry;
-mod grow;
-mod overview;
-mod payload;
-mod plan;
-mod records;
-mod scale;
 mod settings;
-mod settle;
-mod sizes;
-mod table;
-mod train;
-mod transform;
-mod variable;
+mod stream;
 
 use std::sync::Arc;
 
@@ -36,18 +14,8 @@ use cvr_core::codec::{
     Block, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Settings,
 };
 use cvr_core::container::EncodedVolume;
-use cvr_core::volume::Extent;
 
-pub use geometry::{Geometry, Parameters, Payload};
-
-/// Tensor and shader resource: how the blocks of each sub-volume are to be read.
-const TABLES: &str = "tables";
-/// Tensor and shader resource: the codewords.
-const CODEBOOK: &str = "codebook";
-/// Tensor and shader resource: means and codes.
-const INDEX: &str = "index";
-/// Tensor and shader resource: where the means and codes of each brick begin.
-const HEADS: &str = "heads";
+pub use stream::geometry::{Geometry, Parameters, Payload};
 
 static INFO: CodecInfo = CodecInfo {
     id: "tvq",
@@ -69,9 +37,9 @@ static INFO: CodecInfo = CodecInfo {
 pub mod inside {
     use cvr_core::codec::{ConfigError, Encoder, Settings};
 
-    pub use crate::classify::{energies, zones_of};
-    pub use crate::table::Partition;
-    pub use crate::transform::{Basis, Transform};
+    pub use crate::encode::train::classify::{energies, zones_of};
+    pub use crate::encode::train::transform::{Basis, Transform};
+    pub use crate::stream::table::Partition;
 
     /// An encoder whose codebooks have so many codewords under the payload `fixed`, whatever they cost.
     ///
@@ -106,7 +74,7 @@ impl Codec for Tvq {
 
     /// Of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
-        Extent::cube(4).ok().map(Block)
+        Some(stream::geometry::block())
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
@@ -114,6 +82,6 @@ impl Codec for Tvq {
     }
 
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
-        Ok(Box::new(decoder::TvqDecoder::new(&volume)?))
+        Ok(Box::new(decode::reader::Reader::open(&volume)?))
     }
 }

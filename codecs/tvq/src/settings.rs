@@ -1,10 +1,11 @@
 //! The settings: their schema, and what an encoder makes of them.
 
 use cvr_codebook::Initial;
+use cvr_codebook::settings::{TABLES, TrainingSettings, natural};
 use cvr_core::codec::{ConfigError, Setting, SettingKind, Settings};
 
-use crate::geometry::Payload;
-use crate::transform::Transform;
+use crate::encode::train::transform::Transform;
+use crate::stream::geometry::Payload;
 
 /// The schema.
 pub const SETTINGS: &[Setting] = &[
@@ -73,7 +74,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "tables",
         doc: "shared = one set of codebooks for all frames; per-frame = one for each",
-        kind: SettingKind::Choice(&["shared", "per-frame"]),
+        kind: TABLES,
         default: "shared",
     },
     Setting {
@@ -150,13 +151,9 @@ pub struct Options {
     pub threshold: f64,
     /// In voxels; 0 = none.
     pub subvolume: u32,
-    pub per_frame: bool,
     /// `None` where the encoder chooses.
     pub entry_bits: Option<u32>,
-    pub initial: Initial,
-    pub training_blocks: u64,
-    pub iterations: u32,
-    pub seed: u64,
+    pub training: TrainingSettings,
 }
 
 impl Options {
@@ -166,7 +163,6 @@ impl Options {
     /// When one is missing.
     pub fn of(settings: &Settings) -> Result<Self, ConfigError> {
         let incomplete = |name: &str| ConfigError::Incomplete(name.to_owned());
-        let integer = |name| u32::try_from(settings.integer(name)?).map_err(|_| incomplete(name));
         let (rate, psnr) = (settings.float("rate")?, settings.float("psnr")?);
         let target = if rate > 0.0 && psnr > 0.0 {
             Target::Both { rate, psnr }
@@ -180,21 +176,17 @@ impl Options {
         Ok(Self {
             payload: if settings.text("payload")? == "fixed" { Payload::Fixed } else { Payload::Variable },
             target,
-            index_bits: integer("index_bits")?,
+            index_bits: natural(settings, "index_bits")?,
             sizes: None,
-            codes: integer("codes")?,
+            codes: natural(settings, "codes")?,
             transform: Transform::named(settings.text("transform")?)
                 .ok_or_else(|| incomplete("transform"))?,
             confined: settings.text("codevectors")? == "partition",
             classification: settings.boolean("classification")?,
             threshold: settings.float("threshold")?,
             subvolume: settings.text("subvolume")?.parse().unwrap_or(0),
-            per_frame: settings.text("tables")? == "per-frame",
-            entry_bits: Some(integer("entry_bits")?).filter(|bits| *bits > 0),
-            initial: Initial::named(settings.text("init")?).ok_or_else(|| incomplete("init"))?,
-            training_blocks: u64::from(integer("training_blocks")?),
-            iterations: integer("iterations")?,
-            seed: u64::try_from(settings.integer("seed")?).map_err(|_| incomplete("seed"))?,
+            entry_bits: Some(natural(settings, "entry_bits")?).filter(|bits| *bits > 0),
+            training: TrainingSettings::of(settings)?,
         })
     }
 }

@@ -1,13 +1,14 @@
 //! The encoder: a codebook from a part of the blocks, then the nearest codeword of every block.
 
-use cvr_codebook::blocks::{BlockRow, Draw, cuts, inside, value_range};
+use cvr_codebook::blocks::{cuts, inside};
 use cvr_codebook::lbg::Stop;
 use cvr_codebook::pack::BitPacker;
-use cvr_codebook::{Codebook, Initial, Quantiser, Search, Training, sample, train};
+use cvr_codebook::settings::TrainingSettings;
+use cvr_codebook::{Codebook, Quantiser, Search, Training, sample, train};
 use cvr_core::codec::{Block, EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
+use cvr_core::kit::{BlockRow, code_frame, value_range};
 use cvr_core::volume::{BrickSource, FrameIndex};
-use rayon::prelude::*;
 
 use crate::geometry::{Geometry, Parameters, TrainingRecord};
 use crate::{CODEBOOK, INDEX};
@@ -21,14 +22,7 @@ pub struct VqEncoder {
     pub block: Block,
     pub codewords: u32,
     pub codeword_bits: u32,
-    /// Whether each frame has a table of its own.
-    pub per_frame: bool,
-    pub training_blocks: u64,
-    pub iterations: u32,
-    /// The first codebook.
-    pub draw: Draw,
-    pub initial: Initial,
-    pub seed: u64,
+    pub training: TrainingSettings,
 }
 
 impl Encoder for VqEncoder {
@@ -38,22 +32,20 @@ impl Encoder for VqEncoder {
         out: &mut dyn StreamWriter,
         run: &Progress<'_>,
     ) -> Result<EncodeReport, EncodeError> {
-        let layout = source.layout().clone();
+        let (layout, with) = (source.layout().clone(), self.training);
         let range = value_range(source, self.block, run)?;
         let quantiser = Quantiser::over(range, self.codeword_bits, layout.sample.is_integer())
             .map_err(EncodeError::Unsupported)?;
         let mut record = TrainingRecord {
-            initial: self.initial.name().to_owned(),
+            initial: with.initial.name().to_owned(),
             generator: sample::GENERATOR.to_owned(),
-            seed: self.seed,
+            seed: with.seed,
             blocks: Vec::new(),
             rounds: Vec::new(),
         };
         let mut tables = Vec::new();
-        let frames_per_table = if self.per_frame { 1 } else { layout.frames };
-        let served = (0..layout.frames).step_by(frames_per_table as usize).map(|f| f..f + frames_per_table);
-        for (frames, seed) in served.zip(self.seed..) {
-            let vectors = self.draw.vectors(source, self.block, frames, self.training_blocks, seed, run)?;
+        for (frames, seed) in with.served(layout.frames).into_iter().zip(with.seed..) {
+            let vectors = with.draw.vectors(source, self.block, frames, with.training_blocks, seed, run)?;
             let trained = train(&vectors, &self.training(quantiser, seed), run)?;
             record.blocks.push(vectors.len() as u64);
             record.rounds.push(trained.rounds);
@@ -93,9 +85,9 @@ impl VqEncoder {
         Training {
             size: self.codewords as usize,
             quantiser,
-            initial: self.initial,
+            initial: self.training.initial,
             seed,
-            stop: Stop { rounds: self.iterations, gain: GAIN },
+            stop: Stop { rounds: self.training.iterations, gain: GAIN },
         }
     }
 
@@ -130,25 +122,18 @@ fn encode_frame(
     let searches = Searches::new(g, table, source.layout().sample.is_integer());
     let mut packer = BitPacker::new(g.index_bits);
     let mut worst = 0.0_f64;
-    for bz in 0..g.grid.z() {
-        let encode = |by| {
-            let row = BlockRow::read(source, g.block, frame, by, bz)?;
-            Ok(searches.row(&row))
-        };
-        let rows = (0..g.grid.y()).into_par_iter().map(encode);
-        let rows: Vec<(Vec<u32>, f64)> = rows.collect::<Result<_, EncodeError>>()?;
+    let row = |by, bz| Ok(searches.row(&BlockRow::read(source, g.grid.block(), frame, by, bz)?));
+    code_frame(&g.grid, 1, run, row, |rows| {
         let mut words = Vec::new();
         for (indices, error) in rows {
             indices.into_iter().for_each(|index| packer.push(index, &mut words));
             worst = worst.max(error);
         }
-        if bz + 1 == g.grid.z() {
-            packer.flush(&mut words);
-        }
-        out.append_words(INDEX, &words)?;
-        let slices = g.block.region([0, 0, bz], g.extent).extent.z();
-        run.advance(u64::from(slices) * u64::from(g.extent.x()) * u64::from(g.extent.y()))?;
-    }
+        Ok(out.append_words(INDEX, &words)?)
+    })?;
+    let mut last = Vec::new();
+    packer.flush(&mut last);
+    out.append_words(INDEX, &last)?;
     Ok(worst)
 }
 
@@ -164,18 +149,18 @@ struct Searches<'a> {
 impl<'a> Searches<'a> {
     fn new(geometry: &'a Geometry, table: &'a Codebook, integers: bool) -> Self {
         let of_cut = |cut| {
-            let mask = inside(geometry.block, geometry.channels, cut);
+            let mask = inside(geometry.grid.block(), geometry.channels, cut);
             let all = mask.iter().all(|inside| *inside);
             let search = Search::new(table, (!all).then_some(&mask[..]));
             (cut, mask, search)
         };
-        let cuts = cuts(geometry.block, geometry.extent).into_iter().map(of_cut).collect();
+        let cuts = cuts(geometry.grid.block(), geometry.grid.volume()).into_iter().map(of_cut).collect();
         Self { geometry, table, integers, cuts }
     }
 
     /// The indices of a row of blocks, and the largest error of a voxel.
     fn row(&self, row: &BlockRow) -> (Vec<u32>, f64) {
-        let blocks = self.geometry.grid.x();
+        let blocks = self.geometry.grid.blocks().x();
         let last = row.cut(blocks - 1);
         let (mut indices, mut worst) = (Vec::with_capacity(blocks as usize), 0.0_f64);
         let whole = if last == row.cut(0) { blocks } else { blocks - 1 };

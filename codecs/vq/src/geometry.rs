@@ -2,7 +2,8 @@
 
 use cvr_codebook::{Quantiser, index_bits};
 use cvr_core::codec::Block;
-use cvr_core::volume::{Extent, VolumeLayout};
+use cvr_core::kit::BlockGrid;
+use cvr_core::volume::VolumeLayout;
 use serde::{Deserialize, Serialize};
 
 use crate::LONGEST;
@@ -49,12 +50,8 @@ pub struct TrainingRecord {
 /// Sizes that follow from layout and parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
-    /// Voxels.
-    pub extent: Extent,
-    /// Size of a block in voxels.
-    pub block: Block,
-    /// Blocks along each axis, edge blocks cut.
-    pub grid: Extent,
+    /// Blocks over the volume.
+    pub grid: BlockGrid,
     /// Values per voxel: 1 or 3.
     pub channels: u32,
     /// How a value of a codeword is stored.
@@ -71,14 +68,13 @@ impl Geometry {
     pub fn new(layout: &VolumeLayout, parameters: &Parameters) -> Option<Self> {
         let &Parameters { block, grid, codeword_bits, offset, step, ref tables, .. } = parameters;
         let largest = *tables.iter().max()?;
+        let blocks = BlockGrid::new(block, layout.extent);
         let fits = block.0.to_array().iter().all(|a| *a <= LONGEST)
-            && block.grid(layout.extent).to_array() == grid
+            && blocks.blocks().to_array() == grid
             && (tables.len() == 1 || tables.len() == layout.frames as usize)
             && tables.iter().all(|t| (1..=MOST_CODEWORDS).contains(t));
         fits.then_some(Self {
-            extent: layout.extent,
-            block,
-            grid: block.grid(layout.extent),
+            grid: blocks,
             channels: layout.channels,
             quantiser: Quantiser::of_stream(codeword_bits, offset, step)?,
             tables: tables.clone(),
@@ -86,10 +82,27 @@ impl Geometry {
         })
     }
 
+    /// The geometry of a stream.
+    ///
+    /// # Errors
+    /// A sentence with the parameters, where [`Geometry::new`] has none.
+    pub fn of_stream(layout: &VolumeLayout, parameters: &Parameters) -> Result<Self, String> {
+        Self::new(layout, parameters).ok_or_else(|| {
+            let &Parameters { block, grid, codeword_bits, offset, step, ref tables, .. } = parameters;
+            format!(
+                "blocks of {block} in a grid of {grid:?}, codewords of {codeword_bits} bits from {offset} in steps \
+                 of {step}, {} tables for {} frames of {} voxels",
+                tables.len(),
+                layout.frames,
+                layout.extent
+            )
+        })
+    }
+
     /// Values of a codeword.
     #[must_use]
     pub const fn dimension(&self) -> u32 {
-        self.block.0.voxels() as u32 * self.channels
+        self.grid.block().0.voxels() as u32 * self.channels
     }
 
     /// Binary logarithm of the codes in one word: 2 or 1.
@@ -114,7 +127,7 @@ impl Geometry {
     /// Words of the indices of one frame.
     #[must_use]
     pub const fn index_words(&self) -> u64 {
-        (self.grid.voxels() * self.index_bits as u64).div_ceil(32)
+        (self.grid.blocks().voxels() * self.index_bits as u64).div_ceil(32)
     }
 
     /// Shape of the tensor `codebook`.
@@ -133,14 +146,14 @@ impl Geometry {
     /// 16³ RGB voxels are less than 2^30 values.
     #[must_use]
     pub const fn fits_a_shader(&self) -> bool {
-        self.grid.voxels() <= u32::MAX as u64 && self.index_words() <= u32::MAX as u64
+        self.grid.blocks().voxels() <= u32::MAX as u64 && self.index_words() <= u32::MAX as u64
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cvr_core::volume::SampleType;
+    use cvr_core::volume::{Extent, SampleType};
 
     fn parameters() -> Parameters {
         Parameters {

@@ -1,5 +1,9 @@
 //! Voxels and cells out of the bits of their blocks: the twin of decode.wgsl, function for function. This one defines the codec.
 
+use cvr_core::kit::{FetchVoxels, Voxel, fill_from_blocks};
+use cvr_core::render::Cell;
+use cvr_core::volume::Region;
+
 use crate::geometry::{EDGE, Geometry, HEADER_BITS};
 use crate::lift::{COLUMNS, inverse};
 use crate::planes::NEGABINARY;
@@ -12,9 +16,6 @@ pub struct Frame<'a> {
     /// Sizes.
     pub geometry: &'a Geometry,
 }
-
-/// A voxel: one value per channel, 0 where there is no channel.
-pub type Voxel = [f32; 4];
 
 /// Where the bits of a block begin: a word, and a bit of it.
 #[derive(Copy, Clone, Debug)]
@@ -225,8 +226,7 @@ impl Frame<'_> {
     #[inline]
     fn place(&self, block: [u32; 3], channel: u32) -> Place {
         let Geometry { grid, block_bits, .. } = self.geometry;
-        let b = (block[2] as usize * grid.y() as usize + block[1] as usize) * grid.x() as usize
-            + block[0] as usize;
+        let b = grid.number(block);
         let bit = (b & 31) as u32 * block_bits;
         let first = channel as usize * self.geometry.channel_words() as usize;
         Place { word: first + (b >> 5) * *block_bits as usize + (bit >> 5) as usize, bit: bit & 31 }
@@ -241,14 +241,15 @@ impl Frame<'_> {
     pub fn block(&self, block: [u32; 3], channel: u32) -> Block {
         column_block(self.words, self.place(block, channel), self.geometry.block_bits)
     }
+}
 
-    /// The voxel at `p`.
-    ///
-    /// # Panics
-    /// When `p` lies outside.
-    #[must_use]
+impl FetchVoxels for Frame<'_> {
+    fn channels(&self) -> usize {
+        self.geometry.channels as usize
+    }
+
     #[inline]
-    pub fn fetch(&self, p: [u32; 3]) -> Voxel {
+    fn fetch(&self, p: [u32; 3]) -> Voxel {
         let (block, inside) = split(p);
         let mut out = [0.0; 4];
         for (c, out) in (0..self.geometry.channels).zip(&mut out) {
@@ -257,14 +258,9 @@ impl Frame<'_> {
         out
     }
 
-    /// The corners of the cell from `p` to `q`: corner `i` takes x from bit 0, y from bit 1, z from bit 2 of `i`. Equal
-    /// to eight calls of [`Frame::fetch`]; each of the one to eight blocks is decoded once.
-    ///
-    /// # Panics
-    /// When a corner lies outside.
-    #[must_use]
+    /// Each of the one to eight blocks is decoded once.
     #[inline]
-    pub fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> [Voxel; 8] {
+    fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> Cell {
         // Axes along which the cell reaches into another block.
         let crossed = [0, 1, 2].map(|a| u32::from(p[a] / EDGE != q[a] / EDGE));
         let shifts = [0, crossed[0], crossed[0] + crossed[1]];
@@ -285,6 +281,11 @@ impl Frame<'_> {
             }
         }
         out
+    }
+
+    fn fetch_box(&self, region: Region, out: &mut [f32]) {
+        let values = |block, c| self.block(block, c as u32).values();
+        fill_from_blocks(&self.geometry.grid, region, self.channels(), out, values);
     }
 }
 

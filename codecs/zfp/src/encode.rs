@@ -2,13 +2,12 @@
 
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
-use cvr_core::volume::{BrickSource, Extent, FrameIndex, Region};
-use rayon::prelude::*;
+use cvr_core::kit::{BlockRow, Measured, code_frame};
+use cvr_core::volume::{BrickSource, FrameIndex, VolumeLayout};
 
 use crate::BLOCKS;
 use crate::decode::decoded;
-use crate::geometry::{EDGE, Geometry, Parameters, SAMPLES};
-use crate::measure::Measured;
+use crate::geometry::{Geometry, Parameters, SAMPLES, block};
 use crate::planes::BlockBits;
 
 /// Encodes at one rate.
@@ -18,6 +17,11 @@ pub struct ZfpEncoder {
 }
 
 impl Encoder for ZfpEncoder {
+    /// Bits of all channels but the first.
+    fn scratch_bytes(&self, layout: &VolumeLayout) -> u64 {
+        4 * u64::from(layout.channels - 1) * Geometry::of(layout, self.block_bits).channel_words()
+    }
+
     fn encode(
         &mut self,
         source: &dyn BrickSource,
@@ -28,29 +32,29 @@ impl Encoder for ZfpEncoder {
         let geometry = Geometry::of(&layout, self.block_bits);
         let mut measured = Measured::NOTHING;
         for frame in (0..layout.frames).map(FrameIndex) {
-            for channel in 0..layout.channels {
-                let mut joined = Joined::default();
-                for bz in 0..geometry.grid.z() {
-                    let code = |by| code_row(source, &geometry, frame, channel, [by, bz]);
-                    let rows = (0..geometry.grid.y()).into_par_iter().map(code);
-                    for (blocks, row) in rows.collect::<Result<Vec<_>, EncodeError>>()? {
+            // The stream goes channel by channel: what comes later is held until the frame is read.
+            let mut joined: Vec<Joined> = (0..layout.channels).map(|_| Joined::default()).collect();
+            let row = |by, bz| {
+                let row = BlockRow::read(source, block(), frame, by, bz)?;
+                Ok(code_row(&geometry, &row, layout.sample.is_integer()))
+            };
+            code_frame(&geometry.grid, 1, run, row, |rows| {
+                for (channels, row) in rows {
+                    for (joined, blocks) in joined.iter_mut().zip(channels) {
                         blocks.iter().for_each(|block| joined.append(block.words(), self.block_bits));
-                        measured = measured.and(row);
                     }
-                    out.append_words(BLOCKS, &joined.whole())?;
-                    // A voxel is done with its last channel.
-                    let slices = EDGE.min(layout.extent.z() - bz * EDGE);
-                    let voxels =
-                        u64::from(slices) * u64::from(layout.extent.x()) * u64::from(layout.extent.y());
-                    run.advance(if channel + 1 == layout.channels { voxels } else { 0 })?;
+                    measured = measured.and(row);
                 }
+                Ok(out.append_words(BLOCKS, &joined[0].whole())?)
+            })?;
+            for joined in joined {
                 out.append_words(BLOCKS, &joined.end())?;
             }
         }
         out.shape(BLOCKS, &geometry.shape(layout.frames))?;
         let parameters = Parameters {
             block_bits: self.block_bits,
-            grid: geometry.grid.to_array(),
+            grid: geometry.grid.blocks().to_array(),
             range: measured.range(),
         };
         out.parameters_of(&parameters)?;
@@ -58,44 +62,29 @@ impl Encoder for ZfpEncoder {
     }
 }
 
-/// Codes a row of blocks along x, and decodes it again.
-fn code_row(
-    source: &dyn BrickSource,
-    g: &Geometry,
-    frame: FrameIndex,
-    channel: u32,
-    [by, bz]: [u32; 2],
-) -> Result<(Vec<BlockBits>, Measured), EncodeError> {
-    let [width, height, depth] = g.extent.to_array();
-    let origin = [0, by * EDGE, bz * EDGE];
-    let cut = |from: u32, end: u32| EDGE.min(end - from);
-    let extent = Extent::new(width, cut(origin[1], height), cut(origin[2], depth))
-        .map_err(|e| EncodeError::Unsupported(e.to_string()))?;
-    let mut samples = vec![0.0; extent.voxels() as usize * g.channels as usize];
-    source.read(frame, Region { origin, extent }, &mut samples)?;
-    let integers = source.layout().sample.is_integer();
-    let mut blocks = Vec::with_capacity(g.grid.x() as usize);
-    let mut measured = Measured::NOTHING;
-    for bx in 0..g.grid.x() {
-        let there = [cut(bx * EDGE, width), extent.y(), extent.z()].map(|n| n as usize);
-        let mut values = [0.0; SAMPLES];
-        for z in 0..there[2] {
-            for y in 0..there[1] {
-                let first = extent.index([bx * EDGE, y as u32, z as u32]) * g.channels as usize;
-                let row = samples[first + channel as usize..].iter().step_by(g.channels as usize);
-                let to = &mut values[z * 16 + y * 4..][..there[0]];
-                to.iter_mut().zip(row).for_each(|(to, value)| *to = *value);
+/// Codes a row of blocks along x, channel by channel, and decodes it again.
+fn code_row(g: &Geometry, row: &BlockRow, integers: bool) -> (Vec<Vec<BlockBits>>, Measured) {
+    let channels = g.channels as usize;
+    let mut coded: Vec<Vec<BlockBits>> = vec![Vec::new(); channels];
+    let (mut measured, mut vector) = (Measured::NOTHING, Vec::with_capacity(SAMPLES * channels));
+    for bx in 0..g.grid.blocks().x() {
+        let there = row.cut(bx);
+        vector.clear();
+        row.append(bx, &mut vector);
+        for (c, coded) in coded.iter_mut().enumerate() {
+            let mut values: [f32; SAMPLES] = std::array::from_fn(|i| vector[i * channels + c]);
+            fill(&mut values, there);
+            let bits = BlockBits::of(&values, g.block_bits);
+            let back = decoded(bits.words(), g.block_bits);
+            for i in
+                (0..SAMPLES).filter(|i| [i & 3, i >> 2 & 3, i >> 4].iter().zip(there).all(|(i, n)| *i < n))
+            {
+                measured.add(values[i], back[i], integers);
             }
+            coded.push(bits);
         }
-        fill(&mut values, there);
-        let bits = BlockBits::of(&values, g.block_bits);
-        let back = decoded(bits.words(), g.block_bits);
-        for i in (0..SAMPLES).filter(|i| [i & 3, i >> 2 & 3, i >> 4].iter().zip(there).all(|(i, n)| *i < n)) {
-            measured.add(values[i], back[i], integers);
-        }
-        blocks.push(bits);
     }
-    Ok((blocks, measured))
+    (coded, measured)
 }
 
 /// Fills a block up of which there are `there` voxels along x, y and z, axis by axis: beyond the last come the last again, and

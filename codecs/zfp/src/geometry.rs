@@ -1,6 +1,7 @@
 //! Where the bits of a block lie.
 
 use cvr_core::codec::Block;
+use cvr_core::kit::BlockGrid;
 use cvr_core::volume::{Extent, ValueRange, VolumeLayout};
 use serde::{Deserialize, Serialize};
 
@@ -37,10 +38,8 @@ pub struct Parameters {
 /// Sizes that follow from layout and parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
-    /// Voxels.
-    pub extent: Extent,
-    /// Blocks along each axis, edge blocks filled up.
-    pub grid: Extent,
+    /// Blocks over the volume, edge blocks filled up.
+    pub grid: BlockGrid,
     /// Values per voxel: 1 or 3. Each channel is coded by itself.
     pub channels: u32,
     /// Bits of a block.
@@ -51,8 +50,8 @@ impl Geometry {
     /// The geometry of blocks of so many bits.
     #[must_use]
     pub fn of(layout: &VolumeLayout, block_bits: u32) -> Self {
-        let grid = block().grid(layout.extent);
-        Self { extent: layout.extent, grid, channels: layout.channels, block_bits }
+        let grid = BlockGrid::new(block(), layout.extent);
+        Self { grid, channels: layout.channels, block_bits }
     }
 
     /// The geometry, or `None` when the parameters are outside their ranges or contradict the layout.
@@ -61,7 +60,7 @@ impl Geometry {
         let &Parameters { block_bits: bits, grid, range } = parameters;
         let geometry = Self::of(layout, bits);
         let fits = (HEADER_BITS..=block_bits(HIGHEST_RATE)).contains(&bits)
-            && geometry.grid.to_array() == grid
+            && geometry.grid.blocks().to_array() == grid
             && range.min.is_finite()
             && range.max.is_finite()
             && range.min <= range.max;
@@ -71,7 +70,7 @@ impl Geometry {
     /// Words of one channel of one frame: whole words of 64 bits, as zfp ends a stream.
     #[must_use]
     pub const fn channel_words(&self) -> u64 {
-        (self.grid.voxels() * self.block_bits as u64).div_ceil(64) * 2
+        (self.grid.blocks().voxels() * self.block_bits as u64).div_ceil(64) * 2
     }
 
     /// Shape of the tensor.
@@ -83,7 +82,7 @@ impl Geometry {
     /// Whether a shader, which counts blocks and words in 32 bits, can address one frame.
     #[must_use]
     pub const fn fits_a_shader(&self) -> bool {
-        self.grid.voxels() <= u32::MAX as u64
+        self.grid.blocks().voxels() <= u32::MAX as u64
             && self.channels as u64 * self.channel_words() <= u32::MAX as u64
     }
 }
@@ -109,7 +108,7 @@ mod tests {
     fn blocks_are_packed_and_channels_are_whole_words_of_64_bits() {
         let layout = VolumeLayout::scalar(Extent::new(13, 17, 23).unwrap(), SampleType::U8);
         let geometry = Geometry::of(&layout, 70);
-        assert_eq!(geometry.grid.to_array(), [4, 5, 6]);
+        assert_eq!(geometry.grid.blocks().to_array(), [4, 5, 6]);
         assert_eq!(geometry.channel_words(), (120 * 70_u64).div_ceil(64) * 2);
     }
 

@@ -4,12 +4,11 @@
 //! the algorithm in zfp's documentation. The stream and where it departs from zfp stand in this crate's README.md.
 
 pub mod decode;
-mod decoder;
 mod encode;
 mod geometry;
 mod lift;
-mod measure;
 mod planes;
+mod reader;
 
 use std::sync::Arc;
 
@@ -18,7 +17,6 @@ use cvr_core::codec::{
     SettingKind, Settings,
 };
 use cvr_core::container::EncodedVolume;
-use cvr_core::volume::Extent;
 
 pub use geometry::{Geometry, Parameters, block_bits};
 
@@ -62,7 +60,7 @@ impl Codec for Zfp {
 
     /// Of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
-        Extent::cube(4).ok().map(Block)
+        Some(geometry::block())
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
@@ -70,6 +68,6 @@ impl Codec for Zfp {
     }
 
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
-        Ok(Box::new(decoder::ZfpDecoder::new(&volume)?))
+        Ok(Box::new(reader::Reader::open(&volume)?))
     }
 }

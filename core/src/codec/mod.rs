@@ -12,7 +12,6 @@ mod frame_store;
 mod info;
 mod parity;
 mod pieces;
-mod region;
 mod registry;
 mod settings;
 mod shader_decode;
@@ -31,7 +30,6 @@ pub use frame_store::{FrameStore, References};
 pub use info::{CodecInfo, Paper};
 pub use parity::{Mismatch, Parity};
 pub use pieces::decode_pieces;
-pub use region::decode_region;
 pub use registry::{Registry, RegistryError};
 pub use settings::{Setting, SettingKind, SettingValue, Settings};
 pub use shader_decode::{

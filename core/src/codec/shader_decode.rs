@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::{DecodeError, Decoder};
-use crate::volume::{FrameIndex, Level, SampleType, ValueRange};
+use super::{Block, DecodeError, Decoder};
+use crate::volume::{Extent, FrameIndex, Level, SampleType, ValueRange};
 
 /// The decode side of a codec in WGSL.
 pub trait ShaderDecode: Send + Sync {
@@ -39,6 +39,21 @@ pub struct WgslModule<'a> {
     pub constants: Vec<Constant>,
 }
 
+impl<'a> WgslModule<'a> {
+    /// A text without constants.
+    #[must_use]
+    pub const fn new(file: &'a str, source: &'a str) -> Self {
+        Self { file, source, constants: Vec::new() }
+    }
+
+    /// The same with one more constant.
+    #[must_use]
+    pub fn with(mut self, name: &'static str, value: impl Into<ConstantValue>) -> Self {
+        self.constants.push(Constant::new(name, value));
+        self
+    }
+}
+
 /// A named constant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constant {
@@ -46,6 +61,14 @@ pub struct Constant {
     pub name: &'static str,
     /// Value.
     pub value: ConstantValue,
+}
+
+impl Constant {
+    /// A constant of this name and value.
+    #[must_use]
+    pub fn new(name: &'static str, value: impl Into<ConstantValue>) -> Self {
+        Self { name, value: value.into() }
+    }
 }
 
 /// Value of a [`Constant`].
@@ -57,6 +80,36 @@ pub enum ConstantValue {
     F32(f32),
     /// `vec3<u32>`
     Vec3U32([u32; 3]),
+}
+
+impl From<u32> for ConstantValue {
+    fn from(value: u32) -> Self {
+        Self::U32(value)
+    }
+}
+
+impl From<f32> for ConstantValue {
+    fn from(value: f32) -> Self {
+        Self::F32(value)
+    }
+}
+
+impl From<Extent> for ConstantValue {
+    fn from(extent: Extent) -> Self {
+        Self::Vec3U32(extent.to_array())
+    }
+}
+
+impl From<[u32; 3]> for ConstantValue {
+    fn from(value: [u32; 3]) -> Self {
+        Self::Vec3U32(value)
+    }
+}
+
+impl From<Block> for ConstantValue {
+    fn from(block: Block) -> Self {
+        block.0.into()
+    }
 }
 
 /// A buffer of 32-bit words, read in the snippet through `<id>_<name>(i: u32) -> u32`. The generator may split

@@ -61,6 +61,12 @@ impl Region {
         let [x, y, z] = self.origin;
         (z..z + self.extent.z()).flat_map(move |z| (y..y + self.extent.y()).map(move |y| [x, y, z]))
     }
+
+    /// Positions of all voxels, x fastest.
+    pub fn positions(self) -> impl Iterator<Item = [u32; 3]> {
+        let width = self.extent.x();
+        self.rows().flat_map(move |[x, y, z]| (x..x + width).map(move |x| [x, y, z]))
+    }
 }
 
 /// How much of the encoded volume to use: two independent axes.

@@ -2,12 +2,10 @@
 
 mod cut;
 mod draw;
-mod row;
 mod strata;
 mod training;
 
 pub use cut::{cuts, inside};
 pub use draw::Draw;
-pub use row::BlockRow;
 pub use strata::stratified_training_vectors;
-pub use training::{training_vectors, value_range};
+pub use training::training_vectors;

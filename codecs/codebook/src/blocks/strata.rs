@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use cvr_core::codec::{Block, EncodeError, Progress};
+use cvr_core::kit::BlockRow;
 use cvr_core::volume::{BrickSource, FrameIndex};
 use rayon::prelude::*;
 
-use super::BlockRow;
 use super::training::{Wanted, read_wanted};
 use crate::{Vectors, sample};
 

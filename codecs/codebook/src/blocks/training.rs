@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use cvr_core::codec::{Block, EncodeError, Progress};
-use cvr_core::volume::{BrickSource, FrameIndex, ValueRange};
+use cvr_core::kit::BlockRow;
+use cvr_core::volume::{BrickSource, FrameIndex};
 use rayon::prelude::*;
 
-use crate::blocks::BlockRow;
 use crate::{Vectors, sample};
 
 /// Rows of blocks that one step reads, between two looks at the progress.
@@ -84,31 +84,4 @@ fn row_vectors(
         vectors.push(&vector, weight * inside as f64 / block.0.voxels() as f64);
     }
     Ok(vectors)
-}
-
-/// The range of all values of the source, read in rows of blocks.
-///
-/// # Errors
-/// Those of reading, and when `run` was cancelled.
-pub fn value_range(
-    source: &dyn BrickSource,
-    block: Block,
-    run: &Progress<'_>,
-) -> Result<ValueRange, EncodeError> {
-    let layout = source.layout();
-    let grid = block.grid(layout.extent);
-    let mut range: Option<ValueRange> = None;
-    for frame in (0..layout.frames).map(FrameIndex) {
-        for bz in 0..grid.z() {
-            let of_row = |by| {
-                let row = BlockRow::read(source, block, frame, by, bz)?;
-                Ok(ValueRange::of(row.values().iter().copied()))
-            };
-            let parts = (0..grid.y()).into_par_iter().map(of_row);
-            let parts: Vec<Option<ValueRange>> = parts.collect::<Result<_, EncodeError>>()?;
-            range = parts.into_iter().flatten().chain(range).reduce(ValueRange::union);
-            run.advance(0)?;
-        }
-    }
-    Ok(range.unwrap_or(ValueRange { min: 0.0, max: 0.0 }))
 }

@@ -1,0 +1,9 @@
+//! Tests of `hvq` as an application sees it.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
+
+mod cells;
+mod coding;
+mod conformance;
+mod real_volumes;
+mod streams;

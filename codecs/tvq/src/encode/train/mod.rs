@@ -1,0 +1,8 @@
+//! Codebooks from blocks: transforms and classes of blocks, one codebook, all codebooks of a table.
+
+pub mod book;
+pub mod classify;
+pub mod curves;
+pub mod shares;
+pub mod trainer;
+pub mod transform;

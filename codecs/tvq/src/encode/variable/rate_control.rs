@@ -1,0 +1,222 @@
+//! The trade of codes against codebooks: how many codebooks are kept, and at which price a code pays.
+
+use std::cmp::Ordering;
+
+use crate::encode::tuned::rate_control::{COUNTS, HALVINGS, NEAR, REACH};
+
+/// What is to be reached, and by the way the least of the other.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Aim {
+    /// Bits of everything, at most.
+    Bits(f64),
+    /// Squared error, at most.
+    Error(f64),
+}
+
+/// What a price leads to.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct Sum {
+    /// Of everything.
+    pub bits: f64,
+    /// Squared error of everything.
+    pub error: f64,
+}
+
+/// How many codebooks are kept, what a bit is worth then, and what that leads to.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Settled {
+    /// The first so many.
+    pub books: usize,
+    /// Squared error per bit.
+    pub price: f64,
+    pub sum: Sum,
+}
+
+impl Aim {
+    /// Whether the aim is met.
+    #[must_use]
+    pub fn met(self, sum: Sum) -> bool {
+        match self {
+            Self::Bits(most) => sum.bits <= most,
+            Self::Error(most) => sum.error <= most,
+        }
+    }
+
+    /// Bits of everything at most.
+    #[must_use]
+    pub const fn most_bits(self) -> f64 {
+        match self {
+            Self::Bits(most) => most,
+            Self::Error(_) => f64::INFINITY,
+        }
+    }
+
+    /// What is to be least: what was not asked for where the aim is met, else what was.
+    #[must_use]
+    pub fn left(self, sum: Sum) -> f64 {
+        if matches!(self, Self::Bits(_)) == self.met(sum) { sum.error } else { sum.bits }
+    }
+
+    /// The better is less: what meets the aim, of that the least of what was not asked for; else what is nearest to it.
+    #[must_use]
+    pub fn order(self, a: Sum, b: Sum) -> Ordering {
+        let met = self.met(b).cmp(&self.met(a));
+        let asked = |s: Sum| s.bits + s.error;
+        met.then(self.left(a).total_cmp(&self.left(b))).then(asked(a).total_cmp(&asked(b)))
+    }
+
+    /// Whether the aim is met with next to nothing to spare.
+    fn just_met(self, sum: Sum) -> bool {
+        let (is, most) = match self {
+            Self::Bits(most) => (sum.bits, most),
+            Self::Error(most) => (sum.error, most),
+        };
+        self.met(sum) && is >= most * (1.0 - NEAR)
+    }
+
+    /// The price on the side of the aim that meets it, next to the one that does not, for what prices lead to; and that
+    /// other price.
+    fn border(self, about: f64, at: impl Fn(f64) -> Sum) -> [f64; 2] {
+        // A high price asks for few bits, a low one for a small error.
+        let ends = [(about / REACH).ln(), (about * REACH).ln()];
+        let [mut met, mut missed] =
+            if matches!(self, Self::Bits(_)) { [ends[1], ends[0]] } else { [ends[0], ends[1]] };
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (met + missed);
+            let sum = at(middle.exp());
+            if self.met(sum) {
+                met = middle;
+            } else {
+                missed = middle;
+            }
+            if self.just_met(sum) {
+                break;
+            }
+        }
+        [met.exp(), missed.exp()]
+    }
+}
+
+/// The count of codebooks and the price at which the aim is met best; where it cannot be met, those nearest to it.
+/// `sums(price)[m]` is what a price leads to where the first `m` codebooks are kept, from none to all. The price is about
+/// `about`.
+///
+/// Codebooks cost bits whether they are used or not, and the bits of a stream jump with every one of them. So a price of
+/// codes cannot meet an aim alone: with one codebook too many the codes would have to pay for all of it. Along
+/// the lower hull of error over bits (Shoham and Gersho 1988) one price serves both; between its corners counts of
+/// codebooks are tried one by one.
+#[must_use]
+pub fn settle(aim: Aim, about: f64, sums: impl Fn(f64) -> Vec<Sum>) -> Settled {
+    let about = about.clamp(1e-200, 1e200);
+    let on_hull = |price: f64| -> (usize, Sum) {
+        let cost = |s: &Sum| s.error + price * s.bits;
+        let sums = sums(price).into_iter().enumerate();
+        sums.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1))).unwrap_or_default()
+    };
+    let [met, missed] = aim.border(about, |price| on_hull(price).1);
+    let (kept, other) = (on_hull(met).0, on_hull(missed).0);
+    let (least, most) = (kept.min(other), kept.max(other));
+    let of_count = |books: usize| {
+        settle_all(aim, books, about, |price| sums(price).get(books).copied().unwrap_or_default())
+    };
+    let step = (most - least).div_ceil(COUNTS).max(1);
+    let counts = (least..most).step_by(step).chain([most]);
+    let best = counts.map(of_count).min_by(|a, b| aim.order(a.sum, b.sum));
+    best.unwrap_or_else(|| of_count(0))
+}
+
+/// The price at which the aim is met best with all of `books` codebooks.
+#[must_use]
+pub fn settle_all(aim: Aim, books: usize, about: f64, sum: impl Fn(f64) -> Sum) -> Settled {
+    let [price, _] = aim.border(about.clamp(1e-200, 1e200), &sum);
+    Settled { books, price, sum: sum(price) }
+}
+
+/// For each number `m` of codebooks, from none to all, how many of its first `m` codes a block keeps, and its error then:
+/// the least of `error + price · codes`, of equal ones the fewest codes. `errors[n]` is what `n` codes leave, `prices[m]` the
+/// price of a code where `m` codebooks are kept.
+pub fn best_counts(errors: impl Fn(usize) -> f64, prices: &[f64], mut each: impl FnMut(usize, usize, f64)) {
+    let (mut count, mut least) = (0, f64::INFINITY);
+    for (m, price) in prices.iter().enumerate() {
+        // Costs at the price before say nothing at another.
+        let anew = m == 0 || *price != prices[m - 1];
+        if anew {
+            least = f64::INFINITY;
+        }
+        for n in if anew { 0 } else { m }..=m {
+            let cost = errors(n) + price * n as f64;
+            if cost < least {
+                (count, least) = (n, cost);
+            }
+        }
+        each(m, count, errors(count));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blocks of a few kinds: the first codebook alone gains little, the second much, the third nothing.
+    fn sums(price: f64) -> Vec<Sum> {
+        let kinds: [([f64; 4], f64); 3] =
+            [([90.0, 80.0, 10.0, 10.0], 20.0), ([50.0, 45.0, 30.0, 30.0], 10.0), ([1.0; 4], 100.0)];
+        let mut sums: Vec<Sum> = (0..4).map(|m| Sum { bits: 50.0 * f64::from(m), error: 0.0 }).collect();
+        for (errors, blocks) in kinds {
+            best_counts(
+                |n| errors[n],
+                &[4.0 * price; 4],
+                |m, count, error| {
+                    sums[m].bits += blocks * 4.0 * count as f64;
+                    sums[m].error += blocks * error;
+                },
+            );
+        }
+        sums
+    }
+
+    #[test]
+    fn a_block_keeps_what_pays() {
+        let of = |price: f64| {
+            let mut counts = Vec::new();
+            best_counts(|n| [9.0, 6.0, 5.5][n], &[price; 3], |_, count, _| counts.push(count));
+            counts
+        };
+        assert_eq!((of(0.1), of(1.0), of(4.0)), (vec![0, 1, 2], vec![0, 1, 1], vec![0, 0, 0]));
+        let mut counts = Vec::new();
+        // Codes of a wider codebook cost more, and so do then those before it.
+        best_counts(|n| [9.0, 6.0, 5.5][n], &[1.0, 1.0, 4.0], |_, count, _| counts.push(count));
+        assert_eq!(counts, [0, 1, 0]);
+    }
+
+    /// With all three codebooks 150 bits are gone before the first code: whoever cannot drop one keeps no code at 200.
+    #[test]
+    fn codebooks_that_are_not_worth_their_bits_are_dropped() {
+        let settled = settle(Aim::Bits(340.0), 1.0, sums);
+        assert_eq!((settled.books, settled.sum), (2, Sum { bits: 340.0, error: 600.0 }));
+        let settled = settle(Aim::Bits(200.0), 1.0, sums);
+        assert!(settled.books < 3 && settled.sum.bits <= 200.0, "{settled:?}");
+        let settled = settle(Aim::Error(600.0), 1.0, sums);
+        assert_eq!((settled.books, settled.sum.bits), (2, 340.0));
+    }
+
+    /// Whatever the first guess at a price, and more bits never leave a larger error.
+    #[test]
+    fn more_bits_never_harm() {
+        let mut last = f64::INFINITY;
+        for bits in 0..40 {
+            let aim = Aim::Bits(10.0 * f64::from(bits));
+            let settled = [1e-3, 1.0, 1e3].map(|about| settle(aim, about, sums).sum);
+            assert!(settled.iter().all(|s| aim.met(*s) && *s == settled[0]), "{bits}: {settled:?}");
+            assert!(settled[0].error <= last, "{bits}: {settled:?} after {last}");
+            last = settled[0].error;
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_met_comes_as_near_as_it_can() {
+        assert_eq!(settle(Aim::Bits(-1.0), 1.0, sums).sum.bits, 0.0);
+        let settled = settle(Aim::Error(1.0), 1.0, sums);
+        assert_eq!((settled.books, settled.sum.error), (2, 600.0));
+    }
+}

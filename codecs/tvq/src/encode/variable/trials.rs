@@ -1,0 +1,231 @@
+//! Trials on few blocks: what codebooks for an error at which a bit pays lead to, and which such error suits a width.
+
+use cvr_core::codec::EncodeError;
+
+use super::cost::{bricks, fixed_bits, mean_bits};
+use super::growth::{Growth, by_block};
+use super::point::Point;
+use super::rate_control::{Aim, Settled, Sum, best_counts, settle, settle_all};
+use crate::encode::closed_loop::Plane;
+use crate::encode::train::book::Book;
+use crate::encode::train::trainer::Trainer;
+use crate::encode::tuned::growth::{EIGHTHS, LARGE};
+use crate::encode::tuned::trials::{ABOUT_AS_GOOD, AS_GOOD, LEAST_ERROR, NEAR, STEEP};
+use crate::encode::work::Work;
+
+/// Trials on few blocks.
+pub struct Overview<'a, 'w> {
+    pub work: &'a Work<'w>,
+    pub trainer: Trainer<'a>,
+    /// Means of all blocks in units of sums, by domain and plane.
+    pub means: &'a [Vec<Plane>],
+    /// Errors in units of sums.
+    pub aim: Aim,
+    /// Whether codebooks are chosen one by one by what the aim leaves, where that takes little time.
+    pub by_aim: bool,
+}
+
+/// One trial, and what it leads to; prices and errors in units of sums.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    pub point: Point,
+    pub settled: Settled,
+    /// Codewords of each codebook, where they were chosen one by one.
+    pub sizes: Vec<usize>,
+}
+
+/// What does not depend on the price of codes.
+struct Beside {
+    width: u32,
+    /// Bits of all means.
+    means: f64,
+    /// Blocks that each measured one stands for.
+    scale: f64,
+}
+
+impl Overview<'_, '_> {
+    /// Bits of all means.
+    fn mean_bits(&self, shift: u32) -> f64 {
+        let domains = self.work.domains().zip(self.means);
+        domains
+            .map(|(domain, planes)| planes.iter().map(|p| mean_bits(p, domain.size, shift)).sum::<f64>())
+            .sum()
+    }
+
+    /// Bits of everything and squared error, where so many codebooks of so many codewords are kept, and `blocks` measured blocks
+    /// come to what was found.
+    fn sum(&self, beside: &Beside, (count, codewords): (usize, usize), found: Found, blocks: usize) -> Sum {
+        // Blocks with codes lie together: about half the bricks that could hold one each do.
+        let planes = f64::from(2 * 32 * (usize::BITS - count.leading_zeros()));
+        let planes = bricks(self.work) * planes * (2.0 * found.open as f64 / blocks.max(1) as f64).min(1.0);
+        let codes = found.codes as f64 * f64::from(beside.width) * beside.scale;
+        let fixed = fixed_bits(self.work, count as u32, codewords as f64 * self.work.tables());
+        Sum { bits: beside.means + fixed + codes + planes, error: found.error * beside.scale }
+    }
+
+    /// What codebooks for a point lead to where the aim is met as well as they can.
+    pub fn trial(&self, point: Point) -> Result<Trial, EncodeError> {
+        let work = self.work;
+        let shift = work.mean_shift(point.of_means());
+        let code_price = point.price() * f64::from(point.width);
+        let mut growth = Growth::new(&self.trainer, code_price, (shift, work.threshold(point.error)), true);
+        let beside = Beside { width: point.width, means: self.mean_bits(shift), scale: growth.scale() };
+        if self.by_aim {
+            return self.one_by_one(point, &mut growth, &beside);
+        }
+        let errors = growth.at_price(1 << point.width, point.price(), work.run)?;
+        let codewords = counted(growth.books());
+        let (counts, errors) = (errors.len(), by_block(&errors));
+        let sums = |price: f64| {
+            let prices = vec![price * f64::from(point.width); counts];
+            let mut found = vec![Found::default(); counts];
+            for errors in errors.chunks_exact(counts) {
+                best_counts(|n| errors[n], &prices, |m, count, error| found[m].add(count, error));
+            }
+            let of_count = |(m, found)| self.sum(&beside, (m, codewords[m]), found, errors.len() / counts);
+            found.into_iter().enumerate().map(of_count).collect()
+        };
+        Ok(Trial { point, settled: settle(self.aim, point.price(), sums), sizes: Vec::new() })
+    }
+
+    /// Codebooks as long as the aim is met better with another, of the size that serves it best: full, or a part.
+    fn one_by_one(
+        &self,
+        mut point: Point,
+        growth: &mut Growth<'_, '_>,
+        beside: &Beside,
+    ) -> Result<Trial, EncodeError> {
+        let settled = |errors: &[Vec<f64>], codewords: usize, width: u32| {
+            let beside = Beside { width, ..*beside };
+            let counts = errors.len();
+            let errors = by_block(errors);
+            let at = |price: f64| {
+                let mut found = Found::default();
+                let price = price * f64::from(width);
+                for errors in errors.chunks_exact(counts) {
+                    let of_count = |(n, error): (usize, &f64)| (error + price * n as f64, n);
+                    let costs = errors.iter().enumerate().map(of_count);
+                    let least = costs.fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a });
+                    found.add(least.1, errors[least.1]);
+                }
+                self.sum(&beside, (counts - 1, codewords), found, errors.len() / counts)
+            };
+            settle_all(self.aim, counts - 1, point.price(), at)
+        };
+        let mut errors = vec![growth.errors()];
+        let mut best = settled(&errors, 0, point.width);
+        let (mut full, mut width) = (1_usize << point.width, point.width);
+        let mut sizes = Vec::new();
+        while let Some(open) = growth.open() {
+            let codewords: usize = sizes.iter().sum();
+            let mut found = None;
+            for part in EIGHTHS {
+                let size = full.min(open.most) * part / 8;
+                if size < 2 {
+                    break;
+                }
+                if (codewords + size) as f64 * self.trainer.codeword_bits() > self.aim.most_bits() {
+                    continue;
+                }
+                let candidate = growth.candidate(&open, size, self.work.run)?;
+                errors.push(growth.errors_with(&candidate));
+                // The first codebook is the largest: all codes are as wide as its own.
+                let width = if sizes.is_empty() { candidate.book.width() } else { width };
+                let now = settled(&errors, codewords + candidate.book.size(), width);
+                errors.pop();
+                if self.aim.order(now.sum, best.sum).is_ge() {
+                    if found.is_some() {
+                        break;
+                    }
+                    continue;
+                }
+                best = now;
+                found = Some(candidate);
+                if full < LARGE {
+                    break;
+                }
+            }
+            let Some(candidate) = found else { break };
+            if sizes.is_empty() {
+                width = candidate.book.width();
+            }
+            full = candidate.book.size().next_power_of_two();
+            sizes.push(candidate.book.size());
+            errors.push(growth.errors_with(&candidate));
+            growth.push(candidate);
+        }
+        point.width = width;
+        Ok(Trial { point, settled: best, sizes })
+    }
+
+    /// The error at which a bit pays such that the aim is met best, for codes of one width, in at most so many trials. Of errors
+    /// that do about as well, the one at which a bit turns out to be worth what was assumed.
+    pub fn find(&self, mut point: Point, most: usize) -> Result<Trial, EncodeError> {
+        let mut trials: Vec<Trial> = Vec::new();
+        // Logarithm of the error at which a bit pays, and by how much it turns out to be off, which falls.
+        let mut known: Vec<(f64, f64)> = Vec::new();
+        for _ in 0..most {
+            let trial = self.trial(point)?;
+            let off = point.off(trial.settled.price);
+            trials.push(trial);
+            if off.abs() < NEAR {
+                break;
+            }
+            known.push((point.error.ln(), off.clamp(-STEEP, STEEP)));
+            let next = near_zero(&known).unwrap_or(point.error.ln() + off);
+            let next = next.clamp(LEAST_ERROR.ln(), 12.0);
+            if (next - point.error.ln()).abs() < NEAR {
+                break;
+            }
+            point.error = next.exp();
+        }
+        let off = |t: &Trial| t.point.off(t.settled.price).abs();
+        let mut good = self.good(trials);
+        let order = |a: &Trial, b: &Trial| self.aim.order(a.settled.sum, b.settled.sum);
+        let near = |a: &Trial, b: &Trial| off(a).total_cmp(&off(b));
+        good.sort_by(|a, b| if self.by_aim { order(a, b) } else { near(a, b).then(order(a, b)) });
+        good.into_iter().next().ok_or(EncodeError::Unsupported("no trial".to_owned()))
+    }
+
+    /// The trials that do about as well as the best of them. Bits that are left over are worth nothing, nor is less error
+    /// than was asked for.
+    pub fn good(&self, mut trials: Vec<Trial>) -> Vec<Trial> {
+        let aim = self.aim;
+        let factor = if self.by_aim { AS_GOOD } else { ABOUT_AS_GOOD };
+        let best = trials.iter().map(|t| t.settled.sum).min_by(|a, b| aim.order(*a, *b)).unwrap_or_default();
+        trials.retain(|t| {
+            let [is, least] = [t.settled.sum, best].map(|s| aim.left(s));
+            aim.met(t.settled.sum) == aim.met(best) && is <= factor * least
+        });
+        trials
+    }
+}
+
+/// What measured blocks come to.
+#[derive(Copy, Clone, Default)]
+struct Found {
+    error: f64,
+    codes: u64,
+    open: u64,
+}
+
+impl Found {
+    fn add(&mut self, count: usize, error: f64) {
+        self.error += error;
+        self.codes += count as u64;
+        self.open += u64::from(count > 0);
+    }
+}
+
+/// By count of codebooks, from none to all, their codewords.
+fn counted(books: &[Book]) -> Vec<usize> {
+    (0..=books.len()).map(|m| books.iter().take(m).map(Book::size).sum()).collect()
+}
+
+/// Between the two known points nearest to zero on either side, where there are such: of pairs of a place and a value that
+/// falls.
+fn near_zero(known: &[(f64, f64)]) -> Option<f64> {
+    let before = known.iter().filter(|k| k.1 > 0.0).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let after = known.iter().filter(|k| k.1 <= 0.0).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(before.0 + (after.0 - before.0) * before.1 / (before.1 - after.1))
+}

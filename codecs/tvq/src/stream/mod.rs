@@ -1,0 +1,15 @@
+//! What a stream holds: parameters and sizes, tables, scales of entries, and numbers in bits. It names no other room.
+
+pub mod bits;
+pub mod geometry;
+pub mod scale;
+pub mod table;
+
+/// Tensor and shader resource: how the blocks of each sub-volume are to be read.
+pub const TABLES: &str = "tables";
+/// Tensor and shader resource: the codewords.
+pub const CODEBOOK: &str = "codebook";
+/// Tensor and shader resource: means and codes.
+pub const INDEX: &str = "index";
+/// Tensor and shader resource: where the means and codes of each brick begin.
+pub const HEADS: &str = "heads";
