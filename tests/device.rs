@@ -12,7 +12,9 @@ mod device {
     mod deferred;
     mod former_table;
     mod frame_passes;
+    mod further_views;
     mod lost;
+    mod own_renderer;
     mod parity;
     mod parity_of_parity;
     mod picture_relations;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use cvr_core::codec::{Decoder, Site, encode_temporary};
 use cvr_core::pipeline::{undrawable, unsupported};
-use cvr_core::render::{LayerPass, Pass, Plan};
+use cvr_core::render::Plan;
 use cvr_core::shader::{
     BindingLimits, DeferredShaders, Request, ResourceSize, Source, TextureSampling, generate,
 };
@@ -131,9 +131,8 @@ fn text(
             decoded
         }
         (Site::Ring, _) => {
-            let [Pass::Layers(LayerPass { axis, .. })] = plan.passes[..] else {
-                return Err(BadInput("the plan does not draw layer by layer".to_owned()));
-            };
+            let axis = plan.passes.iter().find_map(|pass| pass.pipeline.layers());
+            let axis = axis.ok_or_else(|| BadInput("the plan does not draw layer by layer".to_owned()))?;
             let key_form = (form.format, axis);
             let shaders = DeferredShaders::generate_layers(codec, decoder, key, key_form, limits)?;
             texts.extend(shaders.texts().map(str::to_owned));
@@ -147,9 +146,7 @@ fn text(
     };
     for pass in &plan.passes {
         let shader = generate(&Request {
-            templates: pass.templates(),
-            entry: pass.entry(),
-            bindings: &pass.bindings(),
+            program: &pass.pipeline.program(),
             layout: decoder.layout(),
             source: source.clone(),
             filter: Some(args.scene.filter),

@@ -4,9 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cvr_core::codec::{BlockTexture, Decoder, Site};
-use cvr_core::render::{
-    Blending, DecodedFrame, DecoderVoxels, Image, LayerPass, Pass, RenderError, Renderer, View,
-};
+use cvr_core::render::{Blending, DecodedFrame, DecoderVoxels, Image, RenderError, Renderer, View};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{FrameIndex, Level};
 use cvr_engine::timing::FrameTime;
@@ -192,11 +190,8 @@ impl Target {
             Kind::Mirror { .. } => None,
             Kind::Device(drawing) => drawing.fallback(),
         };
-        let asked_for_single = plan.passes.iter().any(|pass| match pass {
-            Pass::Raster(raster) | Pass::Layers(LayerPass { raster, .. }) => {
-                raster.blending == Blending::Float32
-            }
-            _ => false,
+        let asked_for_single = plan.passes.iter().any(|pass| {
+            pass.pipeline.proxies().is_some_and(|proxies| proxies.blending == Blending::Float32)
         });
         let blends_in_half = match &kind {
             Kind::Device(drawing) => asked_for_single && drawing.blending() == Some(Blending::Float16),

@@ -3,7 +3,7 @@
 use cvr_shaders::{DUMP, DUMP_CELL, Template};
 
 use crate::codec::{CodecInfo, Decoder, ShaderDecode, Site};
-use crate::shader::{BindingKind, BindingLimits, DeferredShaders, Request, ResourceSize, Source, generate};
+use crate::shader::{BindingLimits, DeferredShaders, Program, Request, ResourceSize, Source, generate};
 use crate::volume::{FrameIndex, Level};
 
 /// What is wrong with the snippet of a stream, if anything.
@@ -38,9 +38,7 @@ fn dump_shader(
 ) -> Result<(), String> {
     let resources = shader.resources(FrameIndex::FIRST).map_err(|e| e.to_string())?;
     let request = Request {
-        templates: &[template],
-        entry: "dump",
-        bindings: &BindingKind::DUMP,
+        program: &Program::dump(template),
         layout: decoder.layout(),
         source: Source::Inline {
             codec: info.id,

@@ -21,10 +21,12 @@ pub use camera::{Camera, Projection, RayFrame};
 pub use clip::ClipBox;
 pub use colour::{ColourOpacity, OpacityTable, OpacityTableError};
 pub use image::{Image, ImageError, to_png, write_png};
-pub use layers::{LayerPass, LayerStep, RING_LAYERS};
+pub use layers::{LayerStep, RING_LAYERS};
 pub use macrocells::{MacrocellRanges, Macrocells};
 pub use modules::SceneModules;
-pub use plan::{Blending, ComputePass, Input, Pass, Plan, ProxyVertex, RasterPass, Rays, Template};
+pub use plan::{
+    Blending, Contents, Inputs, Pass, Pipeline, Plan, Proxies, ProxyVertex, RayWalk, Stage, Template,
+};
 pub use preset::Preset;
 pub use renderer::{RenderError, Renderer, RendererInfo};
 pub use shading::{Light, Shading};

@@ -1,5 +1,7 @@
 use std::sync::Arc;
 
+use cvr_core::shader::{BindingKind, BindingLimits};
+
 use super::*;
 use crate::VolumeTexture;
 use crate::testing::test_device;
@@ -69,7 +71,8 @@ fn a_buffer_over_several_bindings_reads_as_one() {
     let source = DrawSource::Inline { codec: "toy", decoder: &toy, frame: FIRST, level: Level::FULL };
     let voxels = source.voxels().unwrap();
     let limits = BindingLimits { storage_words: 1000, storage_buffers: 8 };
-    let shader = dump_shader(&voxels, cvr_shaders::DUMP, limits).unwrap();
+    let small = device.with_binding_limits(limits);
+    let shader = voxels.shader(&small, &Program::dump(cvr_shaders::DUMP), None).unwrap();
     let parts = shader.bindings.iter().filter(|b| matches!(b.kind, BindingKind::Words { .. })).count();
     assert_eq!(parts, toy.words.len().div_ceil(1000));
     let supplies = Supplies { buffers: &voxels.buffers, ..Supplies::default() };
