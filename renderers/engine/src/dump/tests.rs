@@ -45,7 +45,7 @@ fn a_dump_in_pieces_is_the_whole() {
         let source = DrawSource::Inline { codec: "toy", decoder: &toy, frame: FIRST, level: Level::FULL };
         let voxels = source.voxels().unwrap();
         for template in [cvr_shaders::DUMP, cvr_shaders::DUMP_CELL] {
-            let shader = dump_shader(&voxels, template, device.binding_limits()).unwrap();
+            let shader = voxels.shader(device, &Program::dump(template), None).unwrap();
             let supplies = Supplies { buffers: &voxels.buffers, ..Supplies::default() };
             let shape = (toy.layout.extent, channels);
             let got = device.run_dump_in_pieces(&shader, supplies, shape, most_bytes).unwrap();
