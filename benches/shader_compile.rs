@@ -138,6 +138,7 @@ impl Row<'_> {
         let source = DrawSource::Inline { codec: id, decoder, frame: FRAME.0, level: FRAME.1 };
         let dump = |template| self.device.dump_source(&source, template).map(drop);
         let mut pass = |what: &str, run: &dyn Fn() -> Result<(), cvr_engine::EngineError>| {
+            self.device.forget_pipelines();
             let before = clock();
             run()?;
             let time = clock() - before;
@@ -160,12 +161,13 @@ impl Row<'_> {
         let id = self.codec.info().id;
         let plan = renderer(label)?.plan(view, decoder.layout())?;
         let source = DrawSource::Inline { codec: id, decoder, frame: FRAME.0, level: FRAME.1 };
+        self.device.forget_pipelines();
         let before = clock();
         let drawing = Drawing::new(self.device, &plan, &source, view.filter)?;
         drawing.draw_timed()?;
         let time = clock() - before;
         let [pass] = &plan.passes[..] else { return Err("a plan of several passes".into()) };
-        let shaders = if matches!(pass, Pass::Raster(_)) { 2 } else { 1 };
+        let shaders = if pass.pipeline.proxies().is_some() { 2 } else { 1 };
         Ok((time / shaders, copies::decoders(id, &shader(pass, view.filter, id, decoder)?)))
     }
 }
@@ -181,9 +183,7 @@ fn shader(pass: &Pass, filter: Filter, codec: &str, decoder: &dyn Decoder) -> Ou
     let resources = shader.resources(FRAME.0)?.iter().map(ResourceSize::of).collect();
     let source = Source::Inline { codec, module: shader.module(), resources, frame: FRAME.0, level: FRAME.1 };
     Ok(generate(&Request {
-        templates: pass.templates(),
-        entry: pass.entry(),
-        bindings: &pass.bindings(),
+        program: &pass.pipeline.program(),
         layout: decoder.layout(),
         source,
         filter: Some(filter),

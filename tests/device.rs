@@ -14,7 +14,9 @@ mod device {
     mod former_table;
     mod frame_passes;
     mod levels;
+    mod further_views;
     mod lost;
+    mod own_renderer;
     mod parity;
     mod parity_of_parity;
     mod picture_relations;

@@ -5,9 +5,9 @@ struct Clip {
 }
 
 fn bounds_low() -> vec3<f32> {
-    return clip.low;
+    return inputs.clip.low;
 }
 
 fn bounds_high() -> vec3<f32> {
-    return clip.high;
+    return inputs.clip.high;
 }

@@ -1,4 +1,4 @@
 // A ray from the eye through a point of the image plane, in voxel coordinates.
 fn camera_ray(plane: vec2<f32>) -> Ray {
-    return Ray(view.origin, view.direction + view.right * plane.x + view.up * plane.y);
+    return Ray(inputs.view.origin, inputs.view.direction + inputs.view.right * plane.x + inputs.view.up * plane.y);
 }

@@ -8,5 +8,5 @@ struct Colour {
 }
 
 fn light(voxel: Voxel) -> vec3<f32> {
-    return clamp((voxel - colour.offset) * colour.scale, vec3<f32>(0.0), vec3<f32>(1.0));
+    return clamp((voxel - inputs.colour.offset) * inputs.colour.scale, vec3<f32>(0.0), vec3<f32>(1.0));
 }

@@ -1,7 +1,7 @@
 // A guide over the domain: each cell says how many control points lie below it, and names the one before, the one that it
 // may hold, and the next. The view holds the ends of the domain, cells per data unit, and the last cell.
 fn transfer_segment(value: f32) -> Segment {
-    let guide = view.transfer_keys[0];
+    let guide = inputs.view.transfer_keys[0];
     let inside = clamp(value, guide.x, guide.y);
     let cell = u32(min((inside - guide.x) * guide.z, guide.w));
     let named = transfer_texel(cell, 0u);

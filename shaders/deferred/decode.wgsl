@@ -20,20 +20,20 @@ fn decode(@builtin(global_invocation_id) id: vec3<u32>) {
     let lanes = 32u / texel_bits;
     let voxels = max(lanes / channels, 1u);
     let x = id.x * voxels;
-    if x >= slab.row_voxels {
+    if x >= inputs.slab.row_voxels {
         return;
     }
     var words: array<u32, 4>;
-    for (var v = 0u; v < min(voxels, slab.row_voxels - x); v++) {
-        let voxel = voxel_fetch(voxel_of_layer(vec3<i32>(vec3<u32>(x + v, slab.first + id.yz))));
+    for (var v = 0u; v < min(voxels, inputs.slab.row_voxels - x); v++) {
+        let voxel = voxel_fetch(voxel_of_layer(vec3<i32>(vec3<u32>(x + v, inputs.slab.first + id.yz))));
         for (var c = 0u; c < voxel_channels; c++) {
             let sample = v * channels + c;
-            let texel = texel_of((voxel_channel(voxel, c) - slab.offset) * slab.per_unit);
+            let texel = texel_of((voxel_channel(voxel, c) - inputs.slab.offset) * inputs.slab.per_unit);
             words[sample / lanes] |= texel << (sample % lanes * texel_bits);
         }
     }
     let count = voxels * channels / lanes;
-    let at = (id.z * slab.rows + id.y) * slab.row_words + id.x * count;
+    let at = (id.z * inputs.slab.rows + id.y) * inputs.slab.row_words + id.x * count;
     for (var w = 0u; w < count; w++) {
         texels[at + w] = words[w];
     }

@@ -8,8 +8,8 @@ struct Dumped {
 
 @compute @workgroup_size(64)
 fn dump(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let i = dumped.first + id.y * groups.x * 64u + id.x;
-    if i >= dumped.end {
+    let i = inputs.dumped.first + id.y * groups.x * 64u + id.x;
+    if i >= inputs.dumped.end {
         return;
     }
     let row = i / volume_extent.x;
@@ -21,6 +21,6 @@ fn dump(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     var cell = voxel_cell(p, q);
     let voxel = voxel_of(cell[corner.x + 2u * corner.y + 4u * corner.z]);
     for (var c = 0u; c < voxel_channels; c++) {
-        dump_values[(i - dumped.first) * voxel_channels + c] = voxel_channel(voxel, c);
+        dump_values[(i - inputs.dumped.first) * voxel_channels + c] = voxel_channel(voxel, c);
     }
 }

@@ -14,5 +14,5 @@ fn gradient(x: vec3<f32>) -> vec3<f32> {
         unit[axis] = 1.0;
         difference[axis] = height(volume_sample(x + unit)) - height(volume_sample(x - unit));
     }
-    return difference * 0.5 / view.voxel_size;
+    return difference * 0.5 / inputs.view.voxel_size;
 }

@@ -24,6 +24,6 @@ fn surface_at(x: vec3<f32>) -> Surface {
         i++;
     }
     let difference = vec3<f32>(heights[1] - heights[2], heights[3] - heights[4], heights[5] - heights[6]);
-    surface.gradient = difference * 0.5 / view.voxel_size;
+    surface.gradient = difference * 0.5 / inputs.view.voxel_size;
     return surface;
 }

@@ -23,6 +23,6 @@ fn optical(x: vec3<f32>, direction: vec3<f32>) -> vec4<f32> {
     if surface.colour.a <= 0.0 {
         return surface.colour;
     }
-    let rgb = blinn_phong(surface.colour.rgb, surface.gradient, -direction * view.voxel_size);
+    let rgb = blinn_phong(surface.colour.rgb, surface.gradient, -direction * inputs.view.voxel_size);
     return vec4<f32>(rgb, surface.colour.a);
 }

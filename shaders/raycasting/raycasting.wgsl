@@ -1,62 +1,12 @@
-// Front-to-back raycasting, one thread per pixel. Mirror: renderers/raycasting/src/mirror.rs.
-
-@compute @workgroup_size(8, 8)
-fn raycast(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < view.size.x && id.y < view.size.y {
-        let pixel = id.y * view.size.x + id.x;
-        let so_far = walk_so_far(pixel);
-        if so_far.next < ray_cut {
-            keep_walk(pixel, cast_ray(pixel_ray(id.xy), so_far));
-        }
+// Front to back: what a sample in the middle of a piece of ray adds. Mirror: renderers/raycasting/src/mirror.rs.
+fn gather(so_far: vec4<f32>, x: vec3<f32>, direction: vec3<f32>, piece: f32) -> Gathered {
+    let sample = optical(x, direction);
+    if !(sample.a > 0.0) {
+        return Gathered(so_far, false);
     }
-}
-
-// How far a ray has been followed.
-struct Walk {
-    // Premultiplied colour and opacity; of a ray that was cut, the sample where it was, whether there was one, and -1.
-    result: vec4<f32>,
-    // Number of the sample to go on from, or one of the two below.
-    next: u32,
-}
-
-// No sample has these numbers. A device did not follow the ray as it should; the ray has come to its end.
-const ray_cut = 0xfffffffeu;
-const ray_end = 0xffffffffu;
-
-// Follows a ray from where it is to its end, or as long as it may go on.
-fn cast_ray(ray: Ray, so_far: Walk) -> Walk {
-    let inside = crossing(ray);
-    // From where the ray enters: the smaller the numbers, the less the samples' places depend on rounding.
-    let entry = Ray(ray.origin + ray.direction * inside.near, ray.direction);
-    var end = inside.far - inside.near;
-
-    var result = so_far.result;
-    var taken = 0u;
-    // A sample stands for the piece of ray around it. The last piece is cut at the border, so that the picture
-    // does not depend on how the division rounds.
-    var i = next_sample(so_far.next, entry, end);
-    while f32(i) * view.step < end && may_go_on(taken) {
-        let start = f32(i) * view.step;
-        let piece = min(view.step, end - start);
-        let sample = optical(entry.origin + entry.direction * (start + 0.5 * piece), entry.direction);
-        if sample.a > 0.0 {
-            let weight = opacity_over(sample.a, piece) * (1.0 - result.a);
-            // The last sample counts as far as the ray goes: whether it ends here or one sample later, which
-            // rounding may decide, is then the same picture.
-            let rest = view.termination - result.a;
-            result += vec4<f32>(sample.rgb, 1.0) * min(weight, rest);
-            if weight >= rest {
-                end = 0.0;
-                break;
-            }
-        }
-        i = next_sample(i + 1u, entry, end);
-        taken += 1u;
-    }
-    // A device may end loops that take it too many rounds, those of the codec among them, and go on behind them.
-    let more = f32(i) * view.step < end;
-    if !loops_run() || (more && may_go_on(taken)) {
-        return Walk(vec4<f32>(f32(i), f32(more), 0.0, -1.0), ray_cut);
-    }
-    return Walk(result, select(ray_end, i, more));
+    let weight = opacity_over(sample.a, piece) * (1.0 - so_far.a);
+    // The last sample counts as far as the ray goes: whether it ends here or one sample later, which
+    // rounding may decide, is then the same picture.
+    let rest = inputs.view.termination - so_far.a;
+    return Gathered(so_far + vec4<f32>(sample.rgb, 1.0) * min(weight, rest), weight >= rest);
 }

@@ -11,16 +11,16 @@ const skip_most: f32 = 16777216.0;
 
 fn next_sample(first: u32, entry: Ray, end: f32) -> u32 {
     var i = first;
-    while f32(i) * view.step < end {
-        let start = f32(i) * view.step;
-        let x = entry.origin + entry.direction * (start + 0.5 * min(view.step, end - start));
+    while f32(i) * inputs.view.step < end {
+        let start = f32(i) * inputs.view.step;
+        let x = entry.origin + entry.direction * (start + 0.5 * min(inputs.view.step, end - start));
         if may_show(x) {
             break;
         }
         let forward = select(vec3<f32>(0.0), vec3<f32>(1.0), entry.direction >= vec3<f32>(0.0));
         let face = (macrocell_at(x) + forward) * f32(macrocell_edge);
         let away = (abs(face - x) + skip_beyond) / max(abs(entry.direction), vec3<f32>(skip_slowest));
-        i += 1u + u32(min(min(min(away.x, away.y), away.z) / view.step, skip_most));
+        i += 1u + u32(min(min(min(away.x, away.y), away.z) / inputs.view.step, skip_most));
     }
     return i;
 }

@@ -3,8 +3,8 @@
 // the error, relative to α, least over all α: t(d) = 3(ψ(d + 2) − ψ(3)) with the digamma function ψ, here as a cubic
 // that is right to 0.0003 for d in 1..2. Pieces shorter than a slice, at the border, lie between nothing and α.
 fn slice_opacity(alpha: f32, piece: f32) -> f32 {
-    let opacity = opacity_over(alpha, view.step);
-    let beyond = piece / view.step - 1.0;
+    let opacity = opacity_over(alpha, inputs.view.step);
+    let beyond = piece / inputs.view.step - 1.0;
     if beyond <= 0.0 {
         return opacity * (beyond + 1.0);
     }

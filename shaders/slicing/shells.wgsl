@@ -1,5 +1,5 @@
 // Slabs between spheres around the eye: as thick along every ray. `travelled` is the way from the eye to the entry.
 fn slab_crossing(entry: Ray, travelled: f32, slice: u32) -> Crossing {
-    let begin = slabs.first - travelled;
-    return Crossing(begin + f32(slice) * view.step, begin + f32(slice + 1u) * view.step);
+    let begin = inputs.slabs.first - travelled;
+    return Crossing(begin + f32(slice) * inputs.view.step, begin + f32(slice + 1u) * inputs.view.step);
 }

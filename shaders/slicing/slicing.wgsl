@@ -10,8 +10,7 @@ struct Slabs {
     first: f32,
 }
 
-@fragment
-fn slice(proxy: Proxy) -> @location(0) vec4<f32> {
+fn shown(proxy: Proxy) -> vec4<f32> {
     let ray = pixel_ray(vec2<u32>(proxy.position.xy));
     let inside = crossing(ray);
     let entry = Ray(ray.origin + ray.direction * inside.near, ray.direction);
@@ -27,5 +26,5 @@ fn slice(proxy: Proxy) -> @location(0) vec4<f32> {
     }
     let sample = optical(x, entry.direction);
     let opacity = slice_opacity(sample.a, piece);
-    return added(vec4<f32>(sample.rgb * opacity, opacity));
+    return vec4<f32>(sample.rgb * opacity, opacity);
 }

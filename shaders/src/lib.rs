@@ -1,26 +1,31 @@
-//! The WGSL templates and modules of cvr, and the table that embeds them.
+//! The WGSL modules that renderers share, and the table that embeds them.
 //!
-//! One subject per file. A module names no binding and no codec: the generator in `cvr-core` writes the
-//! bindings and puts a codec beside them. The functions that modules call of each other:
+//! One subject per file. A module names no binding and no codec: the generator in `cvr-core` writes the bindings and puts a
+//! codec beside them. It also finds the modules that a text needs, by the names that modules declare and use: one that is
+//! the only one to declare a name comes by itself, and of several a view chooses. A renderer's own modules lie in
+//! `shaders/<id>/` and are embedded by its crate ([`modules!`]).
+//!
+//! The functions that modules call of each other:
 //!
 //! ```text
-//! raycasting/raycasting.wgsl  → pixel_ray, crossing, next_sample, optical, opacity_over, walk_so_far, may_go_on, keep_walk,
-//!                               loops_run
-//! slicing/slicing.wgsl        → pixel_ray, crossing, slab_crossing, drawn_now, may_show, optical, slice_opacity, added
-//! slicing/checked.wgsl        → loops_run
+//! rays/follow.wgsl            → pixel_ray, crossing, next_sample, walk_so_far, may_go_on, keep_walk, loops_run,
+//!                               gather (the renderer's)
+//! blending/*.wgsl             → loops_run, shown (the renderer's)
 //! view/view.wgsl              → camera_ray, bounds_low, bounds_high
 //! optics/*.wgsl               → volume_sample, classify, height, surface_at
 //! classify/*.wgsl             → transfer, height, transfer_segment (a module, or generated), transfer_texel, keys_passed
-//! skipping/next_sample.wgsl   → may_show
+//! skipping/next_sample.wgsl   → may_show, macrocell_at
 //! filter/*.wgsl               → voxel_fetch, voxel_cell
 //! deferred/decode.wgsl        → voxel_fetch, voxel_of_layer, voxel_channel, texel_of
 //! deferred/frame.wgsl         → frame_words, voxel_channels
-//! */ring.wgsl, slicing/layers.wgsl → layered, layered_voxel (generated)
+//! */ring.wgsl                 → layered, layered_voxel (generated)
 //! source/*.wgsl, deferred/frame.wgsl or a codec's snippet → what voxel_fetch returns
 //! ```
+//!
+//! What uniforms hold stands in `inputs`, a struct that the generator writes: `inputs.view.step`.
 
-/// A WGSL module. Its text names no binding: the generator writes them.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+/// A WGSL module. Its text declares no binding: the generator writes them.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Template {
     /// Path below `shaders/`, for error messages and origin comments.
     pub file: &'static str,
@@ -28,17 +33,22 @@ pub struct Template {
     pub source: &'static str,
 }
 
-macro_rules! templates {
-    ($($(#[$doc:meta])* $name:ident = $file:literal;)*) => {
-        $($(#[$doc])* pub const $name: Template =
-            Template { file: concat!("shaders/", $file), source: include_str!(concat!("../", $file)) };)*
+/// Embeds WGSL modules as constants, and as `ALL`. First the way from the crate's folder to `shaders/`, then a folder in
+/// it; both end on a slash.
+#[macro_export]
+macro_rules! modules {
+    ($root:literal, $folder:literal: $($(#[$doc:meta])* $name:ident = $file:literal;)*) => {
+        $($(#[$doc])* pub const $name: $crate::Template = $crate::Template {
+            file: concat!("shaders/", $folder, $file),
+            source: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), $root, $folder, $file)),
+        };)*
 
-        /// Every template, for tests that enumerate them.
-        pub const ALL: &[Template] = &[$($name),*];
+        /// All of these modules.
+        pub const ALL: &[$crate::Template] = &[$($name),*];
     };
 }
 
-templates! {
+modules! { "/", "":
     /// `Voxel` of scalar volumes.
     VOXEL_SCALAR = "voxel/scalar.wgsl";
     /// `Voxel` of RGB volumes.
@@ -69,36 +79,28 @@ templates! {
     SOURCE_TEXTURE = "source/texture.wgsl";
     /// The view, the ray of a pixel, and where it crosses the drawn box.
     VIEW = "view/view.wgsl";
-    /// Whether a device has ended loops.
-    LOOPS_RUN = "view/loops.wgsl";
-    /// Everything is drawn.
-    BOUNDS_WHOLE = "bounds/whole.wgsl";
-    /// Only a box is drawn.
-    BOUNDS_CLIP = "bounds/clip.wgsl";
     /// Rays from one eye.
     CAMERA_PERSPECTIVE = "camera/perspective.wgsl";
     /// Parallel rays.
     CAMERA_ORTHOGRAPHIC = "camera/orthographic.wgsl";
-    /// The transfer function.
-    TRANSFER = "classify/transfer.wgsl";
-    /// How many of four values a value has passed.
-    KEYS_PASSED = "classify/keys_passed.wgsl";
-    /// The segment of a value, by a guide over the domain.
-    SEGMENT_GUIDE = "classify/segment_guide.wgsl";
-    /// The segment of a value, by a guide whose cells hold several points.
-    SEGMENT_WIDE_GUIDE = "classify/segment_wide_guide.wgsl";
-    /// Classification of scalars.
-    CLASSIFY_SCALAR = "classify/scalar.wgsl";
-    /// What a scalar's surfaces follow.
-    HEIGHT_SCALAR = "classify/height_scalar.wgsl";
-    /// What a colour's opacity and surfaces follow.
-    HEIGHT_COLOUR = "classify/height_colour.wgsl";
+    /// Everything is drawn.
+    BOUNDS_WHOLE = "bounds/whole.wgsl";
+    /// Only a box is drawn.
+    BOUNDS_CLIP = "bounds/clip.wgsl";
     /// The light of a colour.
     COLOUR = "classify/colour.wgsl";
+    /// The transfer function.
+    TRANSFER = "classify/transfer.wgsl";
+    /// Classification of scalars.
+    CLASSIFY_SCALAR = "classify/scalar.wgsl";
     /// Classification of colours by a transfer function.
     CLASSIFY_COLOUR_TRANSFER = "classify/colour_transfer.wgsl";
     /// Classification of colours by a table over all of them.
     CLASSIFY_COLOUR_TABLE = "classify/colour_table.wgsl";
+    /// What a scalar's surfaces follow.
+    HEIGHT_SCALAR = "classify/height_scalar.wgsl";
+    /// What a colour's opacity and surfaces follow.
+    HEIGHT_COLOUR = "classify/height_colour.wgsl";
     /// Opacity of a length of ray.
     OPACITY = "classify/opacity.wgsl";
     /// Samples that show the transfer function's colours.
@@ -119,30 +121,24 @@ templates! {
     EVERY_SAMPLE = "skipping/every_sample.wgsl";
     /// Points of which nothing is known.
     EVERY_POINT = "skipping/every_point.wgsl";
-    /// The slices.
-    SLICING = "slicing/slicing.wgsl";
-    /// Slices that are drawn at once.
-    SLICES_AT_ONCE = "slicing/proxy.wgsl";
-    /// Slices that are drawn layer by layer.
-    SLICES_BY_LAYERS = "slicing/layers.wgsl";
-    /// Slabs between planes.
-    SLABS_FLAT = "slicing/flat.wgsl";
-    /// Slabs between spheres.
-    SLABS_SHELLS = "slicing/shells.wgsl";
-    /// Opacity of a slice, exactly.
-    SLICE_OPACITY_EXACT = "slicing/opacity_exact.wgsl";
-    /// Opacity of a slice, approximated.
-    SLICE_OPACITY_LERP = "slicing/opacity_lerp.wgsl";
-    /// Fragments as they are.
-    SLICES_UNCHECKED = "slicing/unchecked.wgsl";
-    /// Fragments that tell where a device has ended loops.
-    SLICES_CHECKED = "slicing/checked.wgsl";
-    /// The raycaster.
-    RAYCASTING = "raycasting/raycasting.wgsl";
+    /// The rays of a picture, followed.
+    FOLLOW_RAYS = "rays/follow.wgsl";
     /// Rays that are followed at once.
-    RAYS_AT_ONCE = "raycasting/at_once.wgsl";
+    RAYS_AT_ONCE = "rays/at_once.wgsl";
     /// Rays that are followed piece by piece.
-    RAYS_IN_PIECES = "raycasting/in_pieces.wgsl";
+    RAYS_IN_PIECES = "rays/in_pieces.wgsl";
+    /// Whether a device has ended loops.
+    LOOPS_RUN = "rays/loops.wgsl";
+    /// Fragments as they are.
+    BLENDED_UNCHECKED = "blending/unchecked.wgsl";
+    /// Fragments that show where a device has ended loops.
+    BLENDED_CHECKED = "blending/checked.wgsl";
+    /// How many of four values a value has passed.
+    KEYS_PASSED = "classify/keys_passed.wgsl";
+    /// The segment of a value, by a guide over the domain.
+    SEGMENT_GUIDE = "classify/segment_guide.wgsl";
+    /// The segment of a value, by a guide whose cells hold several points.
+    SEGMENT_WIDE_GUIDE = "classify/segment_wide_guide.wgsl";
     /// Every voxel through `voxel_fetch`.
     DUMP = "dump/dump.wgsl";
     /// Every voxel through `voxel_cell`.

@@ -27,10 +27,10 @@ struct Crossing {
 }
 
 fn pixel_ray(pixel: vec2<u32>) -> Ray {
-    let centre = vec2<f32>(pixel) + 0.5 - vec2<f32>(view.size) * 0.5;
-    var ray = camera_ray(vec2<f32>(centre.x, -centre.y) * view.pixel);
+    let centre = vec2<f32>(pixel) + 0.5 - vec2<f32>(inputs.view.size) * 0.5;
+    var ray = camera_ray(vec2<f32>(centre.x, -centre.y) * inputs.view.pixel);
     // One unit of t is one voxel length in the world.
-    ray.direction /= length(ray.direction * view.voxel_size);
+    ray.direction /= length(ray.direction * inputs.view.voxel_size);
     return ray;
 }
 

@@ -132,9 +132,7 @@ fn text(
     let source = holding.source(coded, plan, &target).map_err(BadInput)?;
     for pass in &plan.passes {
         let shader = generate(&Request {
-            templates: pass.templates(),
-            entry: pass.entry(),
-            bindings: &pass.bindings(),
+            program: &pass.pipeline.program(),
             layout: &decoder.layout().at_resolution(level.resolution),
             source: source.clone(),
             filter: Some(args.scene.filter),

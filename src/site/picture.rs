@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cvr_core::codec::Site;
-use cvr_core::render::{Blending, DecoderVoxels, Image, LayerPass, Pass, Plan, Renderer, View};
+use cvr_core::render::{Blending, DecoderVoxels, Image, Plan, Renderer, View};
 use cvr_core::shader::TextureSampling;
 use cvr_engine::timing::FrameTime;
 use cvr_engine::{Drawing, EngineError, RayPieces, TextureFallback, process_cpu_time};
@@ -76,10 +76,8 @@ impl Target {
 
 /// Whether sums of a plan are to be blended in single precision.
 fn asks_for_single(plan: &Plan) -> bool {
-    plan.passes.iter().any(|pass| match pass {
-        Pass::Raster(raster) | Pass::Layers(LayerPass { raster, .. }) => raster.blending == Blending::Float32,
-        _ => false,
-    })
+    let mut proxies = plan.passes.iter().filter_map(|pass| pass.pipeline.proxies());
+    proxies.any(|proxies| proxies.blending == Blending::Float32)
 }
 
 /// A picture that can be drawn any number of times.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cvr_core::codec::Site;
-use cvr_core::render::{LayerPass, Pass, Plan, RING_LAYERS, RenderError, Renderer, View};
+use cvr_core::render::{Plan, RING_LAYERS, RenderError, Renderer, View};
 use cvr_core::shader::{BindingLimits, DeferredShaders, Source, TextureSampling};
 use cvr_core::volume::{Axis, VolumeLayout};
 use cvr_engine::{DrawSource, Drawing, EngineError};
@@ -73,10 +73,8 @@ impl Holding for Ring {
 
 /// What the layers of a plan lie across.
 fn axis(plan: &Plan) -> Result<Axis, String> {
-    match plan.passes[..] {
-        [Pass::Layers(LayerPass { axis, .. })] => Ok(axis),
-        _ => Err("the plan does not draw layer by layer".to_owned()),
-    }
+    let axis = plan.passes.iter().find_map(|pass| pass.pipeline.layers());
+    axis.ok_or_else(|| "the plan does not draw layer by layer".to_owned())
 }
 
 /// Nothing beside the stream: the ring belongs to the drawing.

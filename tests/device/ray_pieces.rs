@@ -2,7 +2,7 @@
 
 use cvr_core::codec::Site;
 use cvr_core::render::{Filter, Filter::*};
-use cvr_core::render::{Image, Light, Pass, Plan, Projection, Rays, Renderer, Template, View};
+use cvr_core::render::{Image, Light, Plan, Projection, RayWalk, Renderer, Stage, Template, View};
 use cvr_core::volume::{FiniteVolume, SampleType};
 use cvr_engine::testing::test_device;
 use cvr_engine::{Device, DrawSource, Drawing, EngineError, RayPieces};
@@ -121,8 +121,8 @@ fn pieces_of_any_length_make_the_picture_of_rays_walked_at_once() {
 /// The plan with another module for pieces: of the real one, `from` reads `to`.
 fn mutated(plan: &Plan, from: &str, to: &str) -> Plan {
     let mut plan = plan.clone();
-    let [Pass::Compute(pass)] = &mut plan.passes[..] else { panic!("a compute pass") };
-    let Rays::AtOnce { in_pieces, .. } = &mut pass.rays else { panic!("rays") };
+    let [pass] = &mut plan.passes[..] else { panic!("one pass") };
+    let Stage::Rays(RayWalk { in_pieces, .. }) = &mut pass.pipeline.stage else { panic!("rays") };
     assert!(in_pieces.source.contains(from), "the module has changed: it holds no `{from}`");
     let source: &'static str = in_pieces.source.replace(from, to).leak();
     *in_pieces = Template { source, ..*in_pieces };

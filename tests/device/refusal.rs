@@ -2,7 +2,8 @@
 
 use cvr_codec_tests::mutated::{Mutated, Mutation};
 use cvr_core::codec::{DecodedForm, Decoder};
-use cvr_core::render::{Filter, Plan, Renderer, View};
+use cvr_core::render::{Contents, Filter, Pass, Plan, Renderer, View};
+use cvr_core::shader::{Module, Variable};
 use cvr_core::volume::{Extent, SampleType, VolumeLayout};
 use cvr_engine::testing::test_device;
 use cvr_engine::{Device, DrawSource, Drawing, EngineError, VolumeTexture};
@@ -114,10 +115,20 @@ fn a_refusal_does_not_poison_the_next_drawing() {
     let mutated = Mutated { inner: self::raw(), mutation: Mutation::Snippet("fn raw_fetch(".to_owned()) };
     refused(device, [16, 16], &inline("raw", &mutated), &mutated);
     assert!(good() == before, "after a broken snippet");
-    // The driver's own validation: a uniform shorter than the struct that the shader reads.
+    // A uniform shorter than the struct that the shader reads.
     let mut short = plan([16, 16], raw.as_ref());
-    let cvr_core::render::Pass::Compute(pass) = &mut short.passes[0] else { panic!("a compute pass") };
-    pass.inputs[0].contents.truncate(16);
+    short.passes[0].inputs.contents[0].bytes.truncate(16);
+    let error = Drawing::new(device, &short, &source, Filter::Linear).unwrap_err();
+    assert!(matches!(&error, EngineError::Unsupported(text) if text.contains("`view` has 16 bytes")), "{error}");
+    assert!(good() == before, "after a short uniform");
+    // The driver's own validation: a buffer shorter than what the shader reads of it.
+    let mut short = plan([16, 16], raw.as_ref());
+    let Pass { pipeline, inputs } = &mut short.passes[0];
+    let gather = pipeline.modules.pop().unwrap();
+    let source_text = gather.source().replace("let sample = ", "let sample = tints[99] + ");
+    pipeline.modules.push(Module::Generated { purpose: "a tint", source: source_text });
+    pipeline.variables.push(Variable::read("tints", "array<vec4<f32>, 100>"));
+    inputs.contents.push(Contents { name: "tints", bytes: vec![0; 16] });
     let error =
         Drawing::new(device, &short, &source, Filter::Linear).and_then(|d| d.draw_timed()).unwrap_err();
     assert!(matches!(error, EngineError::Gpu(_)), "{error}");

@@ -11,7 +11,7 @@ use cvr::site::target::Target;
 use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Decoder, Parity, Progress, Site, TexelFormat};
 use cvr_core::render::{
-    Blending, Camera, ClipBox, Filter, LayerStep, Light, Pass, Plan, Projection, RING_LAYERS, Renderer,
+    Blending, Camera, ClipBox, Filter, LayerStep, Light, Plan, Projection, RING_LAYERS, Renderer,
     TransferFunction, View,
 };
 use cvr_core::shader::{BindingLimits, TextureSampling};
@@ -55,15 +55,15 @@ fn plan(view: &View, decoder: &dyn Decoder) -> Plan {
 }
 
 fn axis_of(plan: &Plan) -> Axis {
-    let [Pass::Layers(pass)] = &plan.passes[..] else { panic!("one pass, layer by layer") };
-    pass.axis
+    let [pass] = &plan.passes[..] else { panic!("one pass") };
+    pass.pipeline.layers().expect("layer by layer")
 }
 
 /// Whether the first layers that a plan decodes are the last ones of the volume.
 fn from_above(plan: &Plan) -> bool {
-    let [Pass::Layers(pass)] = &plan.passes[..] else { panic!("one pass, layer by layer") };
+    let [pass] = &plan.passes[..] else { panic!("one pass") };
     let mut decoded =
-        pass.steps.iter().filter_map(|s| if let LayerStep::Decode(n) = s { Some(*n) } else { None });
+        pass.inputs.steps.iter().filter_map(|s| if let LayerStep::Decode(n) = s { Some(*n) } else { None });
     decoded.next() > decoded.next_back()
 }
 
@@ -187,8 +187,8 @@ fn a_ring_off_by_one_layer_is_seen() {
             let right = plan(&view, decoder.as_ref());
             let drawn = |change: &dyn Fn(&mut LayerStep)| {
                 let mut plan = right.clone();
-                let [Pass::Layers(pass)] = &mut plan.passes[..] else { panic!("layer by layer") };
-                pass.steps.iter_mut().for_each(change);
+                let [pass] = &mut plan.passes[..] else { panic!("one pass") };
+                pass.inputs.steps.iter_mut().for_each(change);
                 let drawing = Drawing::new(device, &plan, &ring("raw", decoder.as_ref()), filter).unwrap();
                 drawing.draw_timed().unwrap();
                 rule(whole.filtering()).check(&expected, &drawing.read_image().unwrap())

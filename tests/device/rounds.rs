@@ -1,10 +1,12 @@
 //! Rounds of loops that a picture takes: llvmpipe ends all loops of a thread after 65 535 in sum, and rays that take more are
 //! walked in pieces. A shader whose decoder stands in a loop must not take more of them than one whose decoder is copied.
 
-use cvr_core::render::{Camera, ControlPoint, Filter, Pass, Shading, TransferFunction, View};
+use cvr_core::render::{Camera, ControlPoint, Filter, Shading, Stage, TransferFunction, View};
+use cvr_core::shader::Module;
 use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 use cvr_engine::Drawing;
 use cvr_engine::testing::test_device;
+use cvr_shaders::FOLLOW_RAYS;
 
 use super::scenes::inline;
 use super::subjects::{codec, encoded, settings};
@@ -15,7 +17,7 @@ const MOST: f32 = 65535.0;
 /// Where a ray that was walked at once ends, and what stands there instead: its pixel's red is the rounds that are left.
 const END: &str = "    return Walk(result, select(ray_end, i, more));";
 const COUNTED: &str = "    var left = 0u;
-    while left * view.size.x < 70000u * view.size.x {
+    while left * inputs.view.size.x < 70000u * inputs.view.size.x {
         left += 1u;
     }
     return Walk(vec4<f32>(f32(left), f32(i), result.a, 1.0), ray_end);";
@@ -111,10 +113,15 @@ fn a_decoder_in_a_loop_takes_no_more_rounds_than_its_copies() {
         let decoder = encoded(codec(id).as_ref(), &settings(pairs), &waves(channels));
         let renderer = cvr::registry::renderer("raycasting").unwrap();
         let mut plan = renderer.plan(&view(&subject), decoder.layout()).unwrap();
-        let [Pass::Compute(pass)] = &mut plan.passes[..] else { panic!("a compute pass") };
-        let walk = pass.templates.iter_mut().find(|t| **t == cvr_shaders::RAYCASTING).unwrap();
-        assert!(walk.source.contains(END), "the module has changed: it holds no `{END}`");
-        walk.source = walk.source.replace(END, COUNTED).leak();
+        let [pass] = &mut plan.passes[..] else { panic!("one pass") };
+        let mut program = pass.pipeline.program();
+        let walk = program.modules.iter_mut().find(|m| **m == FOLLOW_RAYS.into()).unwrap();
+        assert!(walk.source().contains(END), "the module has changed: it holds no `{END}`");
+        let source = walk.source().replace(END, COUNTED);
+        *walk = Module::Generated { purpose: "rays whose rounds are counted", source };
+        pass.pipeline.modules = program.modules;
+        pass.pipeline.stage = Stage::Compute { entry: program.entry };
+        pass.inputs.workgroups = [2, 2, 1];
         let drawing = Drawing::new(device, &plan, &inline(id, decoder.as_ref()), filter).unwrap();
         drawing.draw_timed().unwrap();
         let picture = drawing.read_image().unwrap();

@@ -7,7 +7,7 @@ use cvr::registry::{Names, renderer};
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::pipeline::undrawable;
 use cvr_core::render::{
-    ClipBox, ControlPoint, Filter, Image, LayerStep, MacrocellRanges, Macrocells, Pass, Projection, Shading,
+    ClipBox, ControlPoint, Filter, Image, LayerStep, MacrocellRanges, Macrocells, Projection, Shading,
     TransferFunction, View,
 };
 use cvr_core::shader::TextureSampling;
@@ -151,8 +151,8 @@ fn the_ring_skips_whole_layers() {
     let skipping = View { macrocells: Some(macrocells(decoder.as_ref(), &view)), ..view.clone() };
     let decodes = |view: &View| {
         let plan = renderer("slicing,geometry=axis").unwrap().plan_layers(view, decoder.layout()).unwrap();
-        let [Pass::Layers(pass)] = &plan.passes[..] else { panic!("layer by layer") };
-        pass.steps.iter().filter(|step| matches!(step, LayerStep::Decode(_))).count()
+        let [pass] = &plan.passes[..] else { panic!("one pass") };
+        pass.inputs.steps.iter().filter(|step| matches!(step, LayerStep::Decode(_))).count()
     };
     // The block lies in the macrocells from 16 to 23; a cell over each of their faces reads one layer more.
     assert_eq!((decodes(&view), decodes(&skipping)), (40, 10));

@@ -16,9 +16,9 @@ use cvr_core::pipeline::{
     Capabilities, CodecSweep, Document, Experiment, FilePath, PipelineAxes, Resolution, Sweep, Volume,
     VolumeSource, resolve,
 };
-use cvr_core::render::{Camera, ControlPoint, Filter, Pass, Projection, Renderer, TransferFunction, View};
+use cvr_core::render::{Camera, ControlPoint, Filter, Projection, Renderer, TransferFunction, View};
 use cvr_core::shader::{
-    BindingKind, BindingLimits, DeferredShaders, GeneratedShader, Request, ShaderError, Source,
+    BindingLimits, DeferredShaders, GeneratedShader, Program, Request, ShaderError, Source,
     TextureSampling, generate, generate_decode,
 };
 use cvr_core::volume::{Axis, FrameIndex, Level, SampleType};
@@ -148,14 +148,12 @@ pub fn shader(
         _ => renderer.plan(view, decoder.layout()),
     };
     let plan = plan.map_err(|e| format!("renderer: {e}"))?;
-    if let (Source::Ring { axis, .. }, [Pass::Layers(pass)]) = (&mut source, &plan.passes[..]) {
-        *axis = pass.axis;
-    }
     let [pass] = &plan.passes[..] else { panic!("{}: several passes", renderer.info().id) };
+    if let (Source::Ring { axis, .. }, Some(across)) = (&mut source, pass.pipeline.layers()) {
+        *axis = across;
+    }
     let request = Request {
-        templates: pass.templates(),
-        entry: pass.entry(),
-        bindings: &pass.bindings(),
+        program: &pass.pipeline.program(),
         layout: decoder.layout(),
         source,
         filter: Some(view.filter),
@@ -336,9 +334,7 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
             let dumps = [Some(cvr_shaders::DUMP), codec.info().fetch_cell.then_some(cvr_shaders::DUMP_CELL)];
             for template in dumps.into_iter().flatten() {
                 let request = Request {
-                    templates: &[template],
-                    entry: "dump",
-                    bindings: &BindingKind::DUMP,
+                    program: &Program::dump(template),
                     layout: decoder.layout(),
                     source: source(&cell.codec, decoder.as_ref(), Site::Inline, TextureSampling::Manual),
                     filter: None,

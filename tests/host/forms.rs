@@ -2,8 +2,8 @@
 
 use cvr::registry::{Names, renderer};
 use cvr_core::codec::{Decoder, SettingValue, Site};
-use cvr_core::render::{Filter, Light, Pass, Projection, Template};
-use cvr_core::shader::{BindingLimits, Form, GeneratedShader, Request, TextureSampling, generate};
+use cvr_core::render::{Filter, Light, Projection, Template};
+use cvr_core::shader::{BindingLimits, Form, GeneratedShader, Module, Request, TextureSampling, generate};
 use cvr_core::volume::SampleType;
 
 use super::combinations::{source, view};
@@ -24,21 +24,15 @@ fn made(
     codec: &str,
     decoder: &dyn Decoder,
     (label, filter, lit): (&str, Filter, bool),
-    change: impl Fn(&mut Vec<Template>),
+    change: impl Fn(&mut Vec<Module>),
 ) -> GeneratedShader {
     let optics = Optics { lit: lit.then_some(Light::Camera), ..Optics::default() };
     let view = optics.of(view(filter, Projection::Perspective), decoder);
     let mut plan = renderer(label).unwrap().plan(&view, decoder.layout()).unwrap();
     let [pass] = &mut plan.passes[..] else { panic!("several passes") };
-    match pass {
-        Pass::Compute(pass) => change(&mut pass.templates),
-        Pass::Raster(pass) => change(&mut pass.templates),
-        other => panic!("{other:?}"),
-    }
+    change(&mut pass.pipeline.offered);
     generate(&Request {
-        templates: pass.templates(),
-        entry: pass.entry(),
-        bindings: &pass.bindings(),
+        program: &pass.pipeline.program(),
         layout: decoder.layout(),
         source: source(codec, decoder, Site::Inline, TextureSampling::Manual),
         filter: Some(filter),
@@ -93,9 +87,9 @@ fn a_long_decoder_stands_once_and_a_short_one_wherever_it_is_asked() {
 #[test]
 fn a_long_decoder_that_stands_often_is_noticed() {
     let decoder = decoder("zfp", &[]);
-    let unknown = |templates: &mut Vec<Template>| {
-        let gradient = templates.iter_mut().find(|t| **t == cvr_shaders::GRADIENT).unwrap();
-        gradient.file = "shaders/optics/another.wgsl";
+    let unknown = |offered: &mut Vec<Module>| {
+        let gradient = offered.iter_mut().find(|m| **m == cvr_shaders::GRADIENT.into()).unwrap();
+        *gradient = Template { file: "shaders/optics/another.wgsl", ..cvr_shaders::GRADIENT }.into();
     };
     for label in ["raycasting", "slicing"] {
         let shader = made("zfp", decoder.as_ref(), (label, Filter::OptimisedLinear, true), unknown);

@@ -3,17 +3,17 @@
 //!
 //! Renderers and settings are enumerated from the registry. Pictures whose shaders are the same text are generated once.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use cvr::registry::{Names, renderer, renderers};
 use cvr_core::codec::{Decoder, Settings, Site};
 use cvr_core::render::{
-    ClipBox, Filter, Light, MacrocellRanges, Pass, Plan, Projection, RendererInfo, Shading, View,
+    ClipBox, Filter, Light, MacrocellRanges, Pass, Pipeline, Plan, Projection, RendererInfo, Shading, Stage, View,
 };
 use cvr_core::shader::{
-    BindingLimits, GeneratedShader, Request, ShaderError, Source, TextureSampling, generate,
+    BindingLimits, GeneratedShader, Program, Request, ShaderError, Source, TextureSampling, generate,
 };
 use cvr_core::volume::{FrameIndex, Level, SampleType};
 use rayon::prelude::*;
@@ -87,15 +87,13 @@ pub fn labels(info: &RendererInfo) -> Vec<String> {
 
 /// The one pass of a plan as a shader.
 fn made(
-    pass: &Pass,
+    program: &Program,
     filter: Filter,
     decoder: &dyn Decoder,
     source: &Source<'_>,
 ) -> Result<GeneratedShader, ShaderError> {
     generate(&Request {
-        templates: pass.templates(),
-        entry: pass.entry(),
-        bindings: &pass.bindings(),
+        program,
         layout: decoder.layout(),
         source: source.clone(),
         filter: Some(filter),
@@ -108,13 +106,10 @@ fn the_pass(plan: &Plan) -> &Pass {
     pass
 }
 
-/// A pass, and what follows its rays in pieces where it follows rays.
-fn and_in_pieces(pass: &Pass) -> Vec<Pass> {
-    let in_pieces = match pass {
-        Pass::Compute(compute) => compute.in_pieces().map(Pass::Compute),
-        _ => None,
-    };
-    [Some(pass.clone()), in_pieces].into_iter().flatten().collect()
+/// The program of a pass, and what follows its rays in pieces where it follows rays.
+fn and_guarded(pipeline: &Pipeline) -> Vec<Program> {
+    let in_pieces = pipeline.guarded_program().filter(|_| matches!(pipeline.stage, Stage::Rays(_)));
+    [Some(pipeline.program()), in_pieces].into_iter().flatten().collect()
 }
 
 #[test]
@@ -128,7 +123,7 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
             let volume = varied([17, 9, 20], SampleType::U8, *channels);
             let decoder = opened(codec.as_ref(), &codec.info().default_settings(), &volume);
             // The text of a shader follows from the pass, the filter and the source.
-            let mut distinct: BTreeMap<String, (Pass, Filter, Site, TextureSampling)> = BTreeMap::new();
+            let mut distinct: HashMap<(Pipeline, Site, String), (Filter, TextureSampling)> = HashMap::new();
             for label in labels(info) {
                 let renderer = renderer(&label).unwrap();
                 for (optics, projection) in Optics::all()
@@ -152,31 +147,30 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
                         };
                         let plan = plan.unwrap_or_else(|e| panic!("{label}: {e}"));
                         let pass = the_pass(&plan);
-                        let files: Vec<_> = pass.templates().iter().map(|t| t.file).collect();
                         for filter in Filter::ALL {
                             let by_cells = filter == Filter::OptimisedLinear;
                             if by_cells && !(site == Site::Inline && codec.info().fetch_cell) {
                                 continue; // refused before a shader is asked for
                             }
-                            let key = format!("{files:?} {:?} {site} {sampling:?} {filter}", pass.bindings());
+                            let key = (pass.pipeline.clone(), site, format!("{sampling:?} {filter}"));
                             let (pictures, shaders) = counts.entry((id, label.clone())).or_default();
                             *pictures += 1;
-                            shaders.insert(format!("{channels} {key}"));
-                            distinct.entry(key).or_insert_with(|| (pass.clone(), filter, site, sampling));
+                            shaders.insert((channels, key.clone()));
+                            distinct.insert(key, (filter, sampling));
                         }
                     }
                 }
             }
             let problems: Vec<String> = distinct
                 .par_iter()
-                .flat_map(|(key, (pass, filter, site, sampling))| {
+                .flat_map(|((pipeline, site, how), (filter, sampling))| {
                     let source = source(id, decoder.as_ref(), *site, *sampling);
-                    let made = |pass| {
-                        let shader = made(&pass, *filter, decoder.as_ref(), &source);
+                    let made = |program| {
+                        let shader = made(&program, *filter, decoder.as_ref(), &source);
                         shader.map_err(|e| e.to_string()).and_then(|shader| held(id, &shader)).err()
                     };
-                    let problems = and_in_pieces(pass).into_iter().filter_map(made);
-                    problems.map(|e| format!("{id} {key}: {e}")).collect::<Vec<_>>()
+                    let problems = and_guarded(pipeline).into_iter().filter_map(made);
+                    problems.map(|e| format!("{id} {site} {how}: {e}")).collect::<Vec<_>>()
                 })
                 .collect();
             assert!(problems.is_empty(), "{}", problems.join("\n"));
@@ -194,7 +188,7 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
     }
 }
 
-/// The test of the test: a pass that lacks any one of its modules, or brings one twice, is noticed.
+/// The test of the test: a pass that lacks any one of the modules that it uses, or brings one of its own twice, is noticed.
 #[test]
 fn no_module_can_be_left_out() {
     let names = Names::new().unwrap();
@@ -207,27 +201,53 @@ fn no_module_can_be_left_out() {
         for optics in [Optics::default(), Optics::EVERYTHING] {
             let view = optics.of(view(Filter::Linear, Projection::Perspective), decoder.as_ref());
             let whole = renderer.plan(&view, decoder.layout()).unwrap();
-            for pass in and_in_pieces(the_pass(&whole)) {
-                made(&pass, view.filter, decoder.as_ref(), &source).unwrap();
-                for i in 0..pass.templates().len() {
-                    let [mut without, mut twice] = [pass.clone(), pass.clone()];
-                    let file = templates(&mut without).remove(i).file;
-                    let again = templates(&mut twice)[i];
-                    templates(&mut twice).push(again);
-                    for wrong in [without, twice] {
-                        let found = made(&wrong, view.filter, decoder.as_ref(), &source);
-                        assert!(found.is_err(), "{label}: {file} is not needed, or may stand twice");
-                    }
+            for program in and_guarded(&the_pass(&whole).pipeline) {
+                let make = |program: &Program| made(program, view.filter, decoder.as_ref(), &source);
+                let text = make(&program).unwrap().wgsl;
+                for i in 0..program.modules.len() {
+                    let [mut without, mut twice] = [program.clone(), program.clone()];
+                    let gone = without.modules.remove(i);
+                    twice.modules.push(gone.clone());
+                    assert!(make(&twice).is_err(), "{label}: {} may stand twice", gone.name());
+                    // The only shared module of its kind comes by itself.
+                    let same = make(&without).is_ok_and(|shader| shader.wgsl.len() == text.len());
+                    assert!(same || make(&without).is_err(), "{label}: {} is not needed", gone.name());
+                }
+                for i in 0..program.offered.len() {
+                    let mut without = program.clone();
+                    let gone = without.offered.remove(i);
+                    let found = make(&without);
+                    let same = found.as_ref().is_ok_and(|shader| shader.wgsl == text);
+                    // One that alone declares some other name that is used comes by itself.
+                    let noticed = if text.contains(gone.source()) { same || found.is_err() } else { same };
+                    assert!(noticed, "{label}: {}", gone.name());
                 }
             }
         }
     }
 }
 
-fn templates(pass: &mut Pass) -> &mut Vec<cvr_shaders::Template> {
-    match pass {
-        Pass::Compute(pass) => &mut pass.templates,
-        Pass::Raster(pass) => &mut pass.templates,
-        other => panic!("{other:?} is a pass that this test does not know"),
-    }
+/// A renderer that calls what nobody declares, or what a view was to choose, learns which function that is.
+#[test]
+fn a_missing_function_is_named() {
+    let names = Names::new().unwrap();
+    let codec = names.codecs().get("raw").unwrap();
+    let volume = varied([9; 3], SampleType::U8, 1);
+    let decoder = opened(codec.as_ref(), &codec.info().default_settings(), &volume);
+    let source = source("raw", decoder.as_ref(), Site::Inline, TextureSampling::Manual);
+    let view = view(Filter::Nearest, Projection::Perspective);
+    let plan = renderer("raycasting").unwrap().plan(&view, decoder.layout()).unwrap();
+    let mut program = the_pass(&plan).pipeline.program();
+    let gather = program.modules.pop().unwrap();
+    let problem = |program: &Program| {
+        made(program, view.filter, decoder.as_ref(), &source).unwrap_err().to_string()
+    };
+    let error = problem(&program);
+    assert!(error.contains("`gather`") && error.contains("shaders/rays/follow.wgsl:"), "{error}");
+    assert!(error.contains("neither this program's modules nor the shared ones declare `gather`"), "{error}");
+    program.modules.push(gather);
+    program.offered.retain(|module| !module.name().contains("every_sample"));
+    let error = problem(&program);
+    assert!(error.contains("`next_sample` is declared by shaders/skipping/next_sample.wgsl"), "{error}");
+    assert!(error.contains("shaders/skipping/every_sample.wgsl: the program is to offer one of them"), "{error}");
 }

@@ -164,7 +164,7 @@ fn a_stack_of_slices_knows_one_geometry_and_one_opacity() {
     for label in labels(slicing.info()) {
         for projection in [Projection::Perspective, Projection::Orthographic] {
             let text = text_by(&label, &Scene { projection, ..S3DC });
-            for function in ["fn slab_crossing(", "fn slice_opacity(", "fn slice(", "fn proxy("] {
+            for function in ["fn slab_crossing(", "fn slice_opacity(", "fn shown(", "fn proxy("] {
                 assert_eq!(text.matches(function).count(), 1, "{label}, {projection:?}: {function}");
             }
             let spheres = label.contains("shells") && projection == Projection::Perspective;
@@ -218,7 +218,7 @@ fn templates_bring_no_function_that_nothing_calls() {
 #[test]
 fn rays_at_once_know_no_pieces() {
     let text = text(&S3DC);
-    assert!(parts(&text).contains(&"shaders/raycasting/at_once.wgsl"));
+    assert!(parts(&text).contains(&"shaders/rays/at_once.wgsl"));
     for word in ["progress", "pieces", "in_pieces.wgsl"] {
         assert!(!text.contains(word), "{word}");
     }
@@ -229,7 +229,7 @@ fn a_function_that_nothing_calls_is_noticed() {
     let text = text(&S3DC);
     let with_more = format!("{text}\nfn idle(x: f32) -> f32 {{\n    return x;\n}}\n");
     assert!(unused(&with_more).contains(&"idle".to_owned()));
-    assert!(!unused(&text).contains(&"cast_ray".to_owned()));
+    assert!(!unused(&text).contains(&"follow_ray".to_owned()));
 }
 
 #[test]

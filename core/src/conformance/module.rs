@@ -4,7 +4,7 @@ use cvr_shaders::{DUMP, DUMP_CELL, Template};
 
 use crate::codec::{CodecInfo, Decoder, ShaderDecode, Site};
 use crate::shader::{
-    BindingKind, BindingLimits, DeferredShaders, Request, ResourceSize, Source, generate, snippet_resources,
+    BindingLimits, DeferredShaders, Program, Request, ResourceSize, Source, generate, snippet_resources,
 };
 use crate::volume::{FrameIndex, Level};
 
@@ -41,9 +41,7 @@ fn dump_shader(
     let key = (FrameIndex::FIRST, Level::FULL);
     let resources = snippet_resources(info.id, decoder, shader, key).map_err(|e| e.to_string())?;
     let request = Request {
-        templates: &[template],
-        entry: "dump",
-        bindings: &BindingKind::DUMP,
+        program: &Program::dump(template),
         layout: decoder.layout(),
         source: Source::Inline {
             codec: info.id,

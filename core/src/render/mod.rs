@@ -23,10 +23,12 @@ pub use clip::ClipBox;
 pub use coarse::{Coarse, upsampled};
 pub use colour::{ColourOpacity, OpacityTable, OpacityTableError};
 pub use image::{Image, ImageError, to_png, write_png};
-pub use layers::{LayerPass, LayerStep, RING_LAYERS};
+pub use layers::{LayerStep, RING_LAYERS};
 pub use macrocells::{MacrocellRanges, Macrocells};
 pub use modules::SceneModules;
-pub use plan::{Blending, ComputePass, Input, Pass, Plan, ProxyVertex, RasterPass, Rays, Template};
+pub use plan::{
+    Blending, Contents, Inputs, Pass, Pipeline, Plan, Proxies, ProxyVertex, RayWalk, Stage, Template,
+};
 pub use preset::Preset;
 pub use renderer::{RenderError, Renderer, RendererInfo};
 pub use shading::{Light, Shading};

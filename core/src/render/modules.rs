@@ -1,19 +1,24 @@
-//! The modules that a view needs of every renderer's shader, and no more.
+//! What a view adds to every renderer's shader: the modules that a renderer may use, and what they read.
 
 use cvr_shaders as shaders;
+use encase::internal::WriteInto;
+use encase::{ShaderSize, ShaderType};
 
 use super::uniforms::{ClipUniform, ColourUniform, LightingUniform, ViewUniform, uniform_bytes};
-use super::{ColourOpacity, Input, Projection, RayFrame, RenderError, Template, View};
-use crate::shader::BindingKind;
+use super::{
+    ColourOpacity, Contents, Inputs, Pass, Pipeline, Projection, RayFrame, RenderError, Stage, Template,
+    TransferFunction, View,
+};
+use crate::shader::{Module, Variable, transfer_segments};
 use crate::volume::VolumeLayout;
 
-/// What a view adds to a renderer's own template: rays, bounds, classification, shading, skipping.
+/// What a view offers a renderer: rays, bounds, classification, shading, skipping. What a renderer does not use is in no
+/// shader.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneModules {
-    /// Modules.
-    pub templates: Vec<Template>,
-    /// What they read.
-    pub inputs: Vec<Input>,
+    offered: Vec<Module>,
+    variables: Vec<Variable>,
+    contents: Vec<Contents>,
 }
 
 impl SceneModules {
@@ -23,72 +28,103 @@ impl SceneModules {
     /// When a uniform cannot be laid out.
     pub fn new(view: &View, layout: &VolumeLayout) -> Result<Self, RenderError> {
         let rays = view.rays(layout);
-        let camera = match view.camera.projection {
+        let mut scene = Self { offered: Vec::new(), variables: Vec::new(), contents: Vec::new() };
+        scene.offer(match view.camera.projection {
             Projection::Perspective => shaders::CAMERA_PERSPECTIVE,
             Projection::Orthographic => shaders::CAMERA_ORTHOGRAPHIC,
-        };
-        let mut modules = Self { templates: vec![shaders::VIEW, camera], inputs: Vec::new() };
-        modules.read(BindingKind::View, uniform_bytes(&ViewUniform::new(view, &rays))?);
-        modules.bounds(view, layout)?;
-        modules.classification(view, layout)?;
-        modules.optics(view, layout, &rays)?;
-        if let Some(macrocells) = view.skippable(layout) {
-            modules.templates.push(shaders::MACROCELLS);
-            modules.read(BindingKind::Macrocells, bytemuck::cast_slice(macrocells.words()).to_vec());
-        }
-        Ok(modules)
+        });
+        scene.uniform("view", "View", &ViewUniform::new(view, &rays))?;
+        scene.bounds(view, layout)?;
+        scene.classification(view, layout)?;
+        scene.optics(view, &rays)?;
+        scene.skipping(view, layout);
+        Ok(scene)
     }
 
-    fn read(&mut self, kind: BindingKind, contents: Vec<u8>) {
-        self.inputs.push(Input { kind, contents });
+    /// Adds a uniform, `inputs.<name>` of the struct `wgsl_type`.
+    ///
+    /// # Errors
+    /// When it cannot be laid out.
+    pub fn uniform<T: ShaderType + ShaderSize + WriteInto>(
+        &mut self,
+        name: &'static str,
+        wgsl_type: &'static str,
+        value: &T,
+    ) -> Result<(), RenderError> {
+        self.read(Variable::Uniform { name, wgsl_type }, uniform_bytes(value)?);
+        Ok(())
+    }
+
+    /// Adds a variable that modules may read, and what it holds.
+    pub fn read(&mut self, variable: Variable, bytes: Vec<u8>) {
+        self.variables.push(variable);
+        self.contents.push(Contents { name: variable.name(), bytes });
+    }
+
+    /// The pass of a renderer with these modules of its own; workgroups, corners and steps are still to be said.
+    #[must_use]
+    pub fn pass(self, stage: Stage, modules: &[Template]) -> Pass {
+        let Self { offered, variables, contents } = self;
+        let modules = modules.iter().copied().map(Module::from).collect();
+        Pass {
+            pipeline: Pipeline { stage, modules, offered, variables },
+            inputs: Inputs { contents, ..Inputs::default() },
+        }
+    }
+
+    fn offer(&mut self, module: impl Into<Module>) {
+        self.offered.push(module.into());
     }
 
     fn bounds(&mut self, view: &View, layout: &VolumeLayout) -> Result<(), RenderError> {
         if view.draws_whole(layout.extent) {
-            self.templates.push(shaders::BOUNDS_WHOLE);
+            self.offer(shaders::BOUNDS_WHOLE);
             return Ok(());
         }
-        self.templates.push(shaders::BOUNDS_CLIP);
-        self.read(BindingKind::Clip, uniform_bytes(&ClipUniform::new(view.bounds(layout.extent)))?);
-        Ok(())
+        self.offer(shaders::BOUNDS_CLIP);
+        self.uniform("clip", "Clip", &ClipUniform::new(view.bounds(layout.extent)))
     }
 
     fn classification(&mut self, view: &View, layout: &VolumeLayout) -> Result<(), RenderError> {
         let is_colour = layout.channels != 1;
+        self.offer(if is_colour { shaders::HEIGHT_COLOUR } else { shaders::HEIGHT_SCALAR });
         if is_colour {
-            self.templates.push(shaders::COLOUR);
-            self.read(BindingKind::Colour, uniform_bytes(&ColourUniform::new(view, layout.sample))?);
+            self.uniform("colour", "Colour", &ColourUniform::new(view, layout.sample))?;
         }
         if let (true, ColourOpacity::Table(table)) = (is_colour, &view.colour_opacity) {
-            self.templates.push(shaders::CLASSIFY_COLOUR_TABLE);
-            self.read(BindingKind::OpacityTable, bytemuck::cast_slice(table.numbers()).to_vec());
+            self.offer(shaders::CLASSIFY_COLOUR_TABLE);
+            let numbers = bytemuck::cast_slice(table.numbers()).to_vec();
+            self.read(Variable::read("opacity_table", "array<f32>"), numbers);
             return Ok(());
         }
-        self.templates.push(shaders::TRANSFER);
-        if is_colour {
-            self.templates.extend([shaders::CLASSIFY_COLOUR_TRANSFER, shaders::HEIGHT_COLOUR]);
-        } else {
-            self.templates.push(shaders::CLASSIFY_SCALAR);
-        }
+        self.offer(if is_colour { shaders::CLASSIFY_COLOUR_TRANSFER } else { shaders::CLASSIFY_SCALAR });
         let function = &view.transfer_function;
+        let rows = TransferFunction::TABLE_ROWS as u32;
         let table = bytemuck::cast_slice(&function.table()).to_vec();
-        self.read(BindingKind::TransferTable, table);
-        self.read(BindingKind::TransferSegments(function.search()), Vec::new());
+        self.read(Variable::Table { name: "transfer_table", rows }, table);
+        self.offer(transfer_segments(function.search()));
         Ok(())
     }
 
-    fn optics(&mut self, view: &View, layout: &VolumeLayout, rays: &RayFrame) -> Result<(), RenderError> {
+    fn optics(&mut self, view: &View, rays: &RayFrame) -> Result<(), RenderError> {
         let Some(shading) = &view.shading else {
-            self.templates.push(shaders::OPTICS_UNLIT);
+            self.offer(shaders::OPTICS_UNLIT);
             return Ok(());
         };
-        self.templates.extend([shaders::OPTICS_LIT, shaders::GRADIENT, shaders::BLINN_PHONG]);
-        // What decides the opacity of a colour is there already.
-        let height = if layout.channels == 1 { shaders::HEIGHT_SCALAR } else { shaders::HEIGHT_COLOUR };
-        if !self.templates.contains(&height) {
-            self.templates.push(height);
-        }
-        self.read(BindingKind::Lighting, uniform_bytes(&LightingUniform::new(view, shading, rays))?);
-        Ok(())
+        self.offer(shaders::OPTICS_LIT);
+        self.offer(shaders::GRADIENT);
+        self.uniform("lighting", "Lighting", &LightingUniform::new(view, shading, rays))
+    }
+
+    fn skipping(&mut self, view: &View, layout: &VolumeLayout) {
+        let Some(macrocells) = view.skippable(layout) else {
+            self.offer(shaders::EVERY_POINT);
+            self.offer(shaders::EVERY_SAMPLE);
+            return;
+        };
+        self.offer(shaders::MACROCELLS);
+        self.offer(shaders::NEXT_SAMPLE);
+        let words = bytemuck::cast_slice(macrocells.words()).to_vec();
+        self.read(Variable::read("macrocells", "array<u32>"), words);
     }
 }

@@ -99,7 +99,7 @@ pub trait Renderer: Send + Sync + Debug {
     /// When the renderer does not offer what the view asks for.
     fn plan(&self, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError>;
 
-    /// The pass that draws the same picture from a ring of layers, for the site *ring*: one [`super::Pass::Layers`].
+    /// The pass that draws the same picture from a ring of layers, for the site *ring*: one of [`super::Stage::Layers`].
     ///
     /// # Errors
     /// As [`Renderer::plan`], and when the renderer, with its settings, does not draw layer by layer.

@@ -1,11 +1,12 @@
 //! The shaders of the site *deferred*: every voxel of a frame, decoded once, as texels; and of the site *ring*: every
 //! voxel of a layer.
 
-use cvr_shaders::DEFERRED_DECODE;
+use cvr_shaders::{self as shaders, DEFERRED_DECODE, Template};
 
+use super::text::layer_places;
 use super::{
-    BindingKind, BindingLimits, GeneratedShader, PassShader, Request, ResourceSize, ShaderError, Source,
-    generate, generate_passes, snippet_resources,
+    BindingLimits, GeneratedShader, Module, PassShader, Program, Request, ResourceSize, ShaderError, Source,
+    Variable, generate, generate_passes, snippet_resources,
 };
 use crate::codec::{DecodeError, Decoder, Resource, TexelFormat};
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
@@ -17,7 +18,7 @@ pub struct DeferredShaders<'a> {
     pub passes: Vec<PassShader>,
     /// The pass of [`generate_decode`], once per slab.
     pub pack: GeneratedShader,
-    /// The codec's buffers, which the bindings of the kind [`BindingKind::Words`] count.
+    /// The codec's buffers, which the bindings of the kind [`super::BindingKind::Words`] count.
     pub resources: Vec<Resource<'a>>,
 }
 
@@ -103,15 +104,39 @@ pub fn generate_decode(
     (format, axis): (TexelFormat, Axis),
     limits: BindingLimits,
 ) -> Result<GeneratedShader, ShaderError> {
-    generate(&Request {
-        templates: &[DEFERRED_DECODE],
+    let program = Program {
+        modules: vec![
+            DEFERRED_DECODE.into(),
+            texel(format).into(),
+            Module::Generated {
+                purpose: "layers of voxels",
+                source: layer_places(axis, |function| function == "voxel_of_layer("),
+            },
+        ],
+        offered: Vec::new(),
         entry: "decode",
-        bindings: &[BindingKind::Slab(axis), BindingKind::Texels(format)],
+        variables: vec![
+            Variable::Uniform { name: "slab", wgsl_type: "Slab" },
+            Variable::written("texels", "array<u32>"),
+        ],
+    };
+    generate(&Request {
+        program: &program,
         layout,
         source: source.clone(),
         filter: None,
         limits,
     })
+}
+
+/// How a value becomes the bits of a texel.
+const fn texel(format: TexelFormat) -> Template {
+    match format {
+        TexelFormat::Unorm8 => shaders::TEXEL_UNORM8,
+        TexelFormat::Unorm16 => shaders::TEXEL_UNORM16,
+        TexelFormat::Float16 => shaders::TEXEL_FLOAT16,
+        TexelFormat::Float32 => shaders::TEXEL_FLOAT32,
+    }
 }
 
 /// Voxels that one invocation of the decode pass writes: as many scalars as share a word, or one colour.

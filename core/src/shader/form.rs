@@ -7,7 +7,8 @@
 
 use cvr_shaders::{FILTER_LINEAR, FILTER_LINEAR_LOOPED, GRADIENT, GRADIENT_LOOPED, Template};
 
-use super::Request;
+use super::resolve::Resolved;
+use super::{Module, Request};
 use crate::render::Filter;
 
 /// The longest text that is not looped, in [`super::GeneratedShader::inlined_operations`]. llvmpipe compiles it within about two
@@ -27,8 +28,9 @@ pub enum Form {
 
 impl Form {
     /// The forms that make the text of a request shorter, each shorter than the one before.
-    pub(super) fn looped(request: &Request<'_>) -> impl Iterator<Item = Self> {
-        let lit = request.templates.contains(&GRADIENT).then_some(Self::OneSample);
+    pub(super) fn looped(request: &Request<'_>, resolved: &Resolved) -> impl Iterator<Item = Self> {
+        let gradient = Module::File(GRADIENT);
+        let lit = resolved.modules.contains(&gradient).then_some(Self::OneSample);
         let eight = (request.filter == Some(Filter::Linear)).then_some(Self::OneFetch);
         lit.into_iter().chain(eight)
     }

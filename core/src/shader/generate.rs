@@ -7,10 +7,11 @@ use super::form::MOST_INLINED_OPERATIONS;
 use super::inlined;
 use super::lint::{self, Role, Snippet};
 use super::origin::Mapped;
-use super::segments;
+use super::resolve::{Resolved, resolve};
 use super::text::{self, Text};
-use super::{Binding, BindingKind, Form, GeneratedShader, Request, ShaderError, Source, TextureSampling};
-use crate::codec::TexelFormat;
+use super::{
+    Binding, BindingKind, Draft, Form, GeneratedShader, Request, ShaderError, Source, TextureSampling,
+};
 use crate::render::Filter;
 
 /// Generates, parses, lints and validates a shader.
@@ -19,25 +20,50 @@ use crate::render::Filter;
 /// When a template or snippet does not parse, the snippet breaks its contract, or the device's limits do not
 /// suffice. The message points at the author's own file, line and column.
 pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
-    let mut shader = in_form(request, Form::Unrolled)?;
-    for form in Form::looped(request) {
+    let resolved = resolve(request.program, Form::Unrolled)?;
+    let mut shader = assemble(request, &resolved, Form::Unrolled)?.prove(request, Form::Unrolled)?;
+    for form in Form::looped(request, &resolved) {
         if shader.inlined_operations <= MOST_INLINED_OPERATIONS {
             break;
         }
-        shader = in_form(request, form)?;
+        let resolved = resolve(request.program, form)?;
+        shader = assemble(request, &resolved, form)?.prove(request, form)?;
     }
     Ok(shader)
 }
 
+/// What [`generate()`] would prove, at a small part of the cost: whoever keeps shaders finds by it one that was made before.
+///
+/// # Errors
+/// When modules clash, or the device's limits do not suffice.
+pub fn draft(request: &Request<'_>) -> Result<Draft, ShaderError> {
+    let Assembled { out, bindings, .. } =
+        assemble(request, &resolve(request.program, Form::Unrolled)?, Form::Unrolled)?;
+    Ok(Draft { wgsl: out.wgsl, bindings, entry: request.program.entry.to_owned() })
+}
+
+/// A text with its bindings.
+struct Assembled<'a> {
+    out: Text,
+    bindings: Vec<Binding>,
+    snippet: Option<Snippet<'a>>,
+}
+
 /// The shader in one of its forms.
-fn in_form(request: &Request<'_>, form: Form) -> Result<GeneratedShader, ShaderError> {
+fn assemble<'a>(
+    request: &Request<'a>,
+    resolved: &Resolved,
+    form: Form,
+) -> Result<Assembled<'a>, ShaderError> {
     let mut out = Text::default();
     out.generated("the volume", &text::volume_constants(request.layout));
     let own = match &request.source {
         Source::Buffers { modules, .. } => *modules,
         Source::Inline { .. } | Source::Frame { .. } | Source::Texture { .. } | Source::Ring { .. } => &[],
     };
-    let calls = |function: &str| request.templates.iter().chain(own).any(|t| t.source.contains(function));
+    let calls = |function: &str| {
+        resolved.mentions(function) || own.iter().any(|module| module.source.contains(function))
+    };
     let (voxel, channels) = match request.layout.channels {
         1 => (shaders::VOXEL_SCALAR, shaders::CHANNEL_SCALAR),
         _ => (shaders::VOXEL_RGB, shaders::CHANNEL_RGB),
@@ -46,19 +72,9 @@ fn in_form(request: &Request<'_>, form: Form) -> Result<GeneratedShader, ShaderE
     if calls("voxel_channel(") || matches!(request.source, Source::Frame { .. }) {
         out.template(channels);
     }
-    let (declarations, mut bindings) = text::template_bindings(request.bindings);
+    let (declarations, mut bindings) = text::variables(&resolved.variables);
     out.generated("bindings of the template", &declarations);
-    for template in request.templates {
-        out.template(form.of(*template));
-    }
-    for kind in request.bindings {
-        match kind {
-            BindingKind::TransferSegments(search) => segments::write(&mut out, *search),
-            BindingKind::Texels(format) => out.template(texel(*format)),
-            BindingKind::Slab(axis) => out.generated("layers of voxels", &text::layer_places(*axis, calls)),
-            _ => {}
-        }
-    }
+    resolved.modules.iter().for_each(|module| out.module(module));
     filter(&mut out, request, form)?;
 
     let mut snippet = None;
@@ -144,22 +160,12 @@ fn in_form(request: &Request<'_>, form: Form) -> Result<GeneratedShader, ShaderE
             }
         }
     }
-    prove(out, (request, form), snippet.as_ref(), bindings)
+    Ok(Assembled { out, bindings, snippet })
 }
 
 /// Storage buffers among the template's bindings.
 fn storage_of(bindings: &[Binding]) -> u32 {
     bindings.iter().filter(|b| b.kind.is_storage()).count() as u32
-}
-
-/// How a value becomes the bits of a texel.
-const fn texel(format: TexelFormat) -> shaders::Template {
-    match format {
-        TexelFormat::Unorm8 => shaders::TEXEL_UNORM8,
-        TexelFormat::Unorm16 => shaders::TEXEL_UNORM16,
-        TexelFormat::Float16 => shaders::TEXEL_FLOAT16,
-        TexelFormat::Float32 => shaders::TEXEL_FLOAT32,
-    }
 }
 
 /// What the generator declares for a snippet, in words.
@@ -205,35 +211,49 @@ fn filter(out: &mut Text, request: &Request<'_>, form: Form) -> Result<(), Shade
     Ok(())
 }
 
-/// Parses, lints, validates.
-fn prove(
-    out: Text,
-    (request, form): (&Request<'_>, Form),
-    snippet: Option<&Snippet<'_>>,
-    bindings: Vec<Binding>,
-) -> Result<GeneratedShader, ShaderError> {
-    let provided = provided(&request.source);
-    let mapped = Mapped { wgsl: &out.wgsl, segments: &out.segments, provided: &provided };
-    if let Some(snippet) = snippet {
-        // Before naga sees the text: a declaration that clashes with a template's would be blamed on both.
-        lint::declarations(snippet)?;
+impl Assembled<'_> {
+    /// Parses, lints, validates.
+    fn prove(self, request: &Request<'_>, form: Form) -> Result<GeneratedShader, ShaderError> {
+        let Self { out, mut bindings, snippet } = self;
+        let entry = request.program.entry;
+        let provided = provided(&request.source);
+        let mapped = Mapped { wgsl: &out.wgsl, segments: &out.segments, provided: &provided };
+        if let Some(snippet) = &snippet {
+            // Before naga sees the text: a declaration that clashes with a template's would be blamed on both.
+            lint::declarations(snippet)?;
+        }
+        let module = naga::front::wgsl::parse_str(&out.wgsl).map_err(|e| mapped.parse_error(&e))?;
+        if let Some(snippet) = &snippet {
+            lint::contract(snippet, &module, &mapped)?;
+        }
+        if !module.entry_points.iter().any(|e| e.name == entry) {
+            return Err(ShaderError(format!("the template declares no entry point `{entry}`")));
+        }
+        validate(&module, &mapped)?;
+        lay_out(&mut bindings, &module);
+        let decoders = match &request.source {
+            Source::Inline { codec, .. } => vec![format!("{codec}_fetch"), format!("{codec}_fetch_cell")],
+            _ => Vec::new(),
+        };
+        let inlined_operations = inlined::operations(&module, entry, &decoders);
+        let Text { wgsl, segments } = out;
+        let entry = entry.to_owned();
+        Ok(GeneratedShader { wgsl, segments, bindings, entry, form, inlined_operations })
     }
-    let module = naga::front::wgsl::parse_str(&out.wgsl).map_err(|e| mapped.parse_error(&e))?;
-    if let Some(snippet) = snippet {
-        lint::contract(snippet, &module, &mapped)?;
+}
+
+/// Enters where uniforms lie in their buffer.
+fn lay_out(bindings: &mut [Binding], module: &naga::Module) {
+    let of_uniforms = |space| space == naga::AddressSpace::Uniform;
+    let Some((_, variable)) = module.global_variables.iter().find(|(_, v)| of_uniforms(v.space)) else { return };
+    let naga::TypeInner::Struct { members, .. } = &module.types[variable.ty].inner else { return };
+    for binding in bindings {
+        let BindingKind::Uniforms(uniforms) = &mut binding.kind else { continue };
+        for (uniform, member) in uniforms.iter_mut().zip(members) {
+            uniform.offset = member.offset;
+            uniform.bytes = module.types[member.ty].inner.size(module.to_ctx());
+        }
     }
-    if !module.entry_points.iter().any(|e| e.name == request.entry) {
-        return Err(ShaderError(format!("the template declares no entry point `{}`", request.entry)));
-    }
-    validate(&module, &mapped)?;
-    let decoders = match &request.source {
-        Source::Inline { codec, .. } => vec![format!("{codec}_fetch"), format!("{codec}_fetch_cell")],
-        _ => Vec::new(),
-    };
-    let inlined_operations = inlined::operations(&module, request.entry, &decoders);
-    let Text { wgsl, segments } = out;
-    let entry = request.entry.to_owned();
-    Ok(GeneratedShader { wgsl, segments, bindings, entry, form, inlined_operations })
 }
 
 /// Holds a module to the rules of WGSL, without any extension.

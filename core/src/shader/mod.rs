@@ -12,7 +12,9 @@ mod generate;
 mod inlined;
 mod lint;
 mod origin;
+mod program;
 mod request;
+mod resolve;
 mod resources;
 mod segments;
 #[cfg(test)]
@@ -23,9 +25,12 @@ mod tokens;
 pub use deferred::{DeferredError, DeferredShaders, generate_decode, voxels_per_invocation};
 pub use form::{Form, MOST_INLINED_OPERATIONS};
 pub use frame_pass::{PassShader, generate_passes};
-pub use generate::generate;
+pub use generate::{draft, generate};
+pub use program::{Module, Program, Variable};
 pub use origin::{Origin, Segment, ShaderError};
 pub use request::{
-    Binding, BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, Source, TextureSampling,
+    Binding, BindingKind, BindingLimits, Draft, GeneratedShader, Request, ResourceSize, Source, TextureSampling,
+    UniformMember,
 };
 pub use resources::snippet_resources;
+pub use segments::transfer_segments;

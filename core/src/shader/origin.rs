@@ -6,6 +6,7 @@ use naga::WithSpan;
 use naga::front::wgsl::ParseError;
 use naga::valid::ValidationError;
 
+use super::resolve::shared_modules;
 use crate::diagnostic::{Diagnostic, Place, SourceText};
 
 /// Who wrote a part of a shader.
@@ -63,6 +64,8 @@ impl Mapped<'_> {
         let in_snippet = labels.iter().any(|(r, _)| r.clone().is_some_and(|r| self.in_snippet(r).is_some()));
         if in_snippet && error.message().starts_with("no definition in scope") {
             notes.push(format!("beside its own functions a snippet sees {}", self.provided));
+        } else if let Some((_, name)) = error.message().split_once("no definition in scope for identifier: `") {
+            notes.push(missing(name.trim_end_matches('`')));
         }
         self.report(error.message(), labels, notes)
     }
@@ -114,6 +117,15 @@ impl Mapped<'_> {
 
     fn segment(&self, range: &Range<usize>) -> Option<&Segment> {
         self.segments.iter().find(|s| s.range.start <= range.start && range.start <= s.range.end)
+    }
+}
+
+/// What a renderer's author can do about a name that no module declares.
+fn missing(name: &str) -> String {
+    let files: Vec<_> = shared_modules(name).iter().map(|(_, template, _)| template.file).collect();
+    match files[..] {
+        [] => format!("neither this program's modules nor the shared ones declare `{name}`"),
+        _ => format!("`{name}` is declared by {}: the program is to offer one of them", files.join(", ")),
     }
 }
 

@@ -1,20 +1,15 @@
 //! What the generator is asked, and what it answers.
 
-use super::{Form, Segment};
-use crate::codec::{Constant, DecodedForm, Resource, TexelFormat, WgslModule};
-use crate::render::{Filter, SegmentSearch, Template};
+use super::{Form, Program, Segment};
+use crate::codec::{Constant, DecodedForm, Resource, WgslModule};
+use crate::render::{Filter, Template};
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
 
 /// What a shader is to be made of.
 #[derive(Clone, Debug)]
 pub struct Request<'a> {
-    /// The renderer's modules.
-    pub templates: &'a [Template],
-    /// Entry point that one of them declares.
-    pub entry: &'a str,
-    /// The bindings that the template uses: any kind but those of voxels, [`BindingKind::Words`],
-    /// [`BindingKind::VolumeTexture`], [`BindingKind::VolumeSampler`] and [`BindingKind::RingSampler`].
-    pub bindings: &'a [BindingKind],
+    /// The shader but for its voxels.
+    pub program: &'a Program,
     /// Shape of the volume.
     pub layout: &'a VolumeLayout,
     /// Where voxels come from.
@@ -122,40 +117,24 @@ impl Default for BindingLimits {
 }
 
 /// What a binding holds.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum BindingKind {
-    /// Uniform buffer `view`.
-    View,
-    /// Uniform `clip`: the struct `Clip` of the box that is drawn.
-    Clip,
-    /// Uniform `lighting`: the struct `Lighting` of lit samples.
-    Lighting,
-    /// Uniform `colour`: the struct `Colour` of colour volumes.
-    Colour,
-    /// Read-only storage `opacity_table: array<f32>`.
-    OpacityTable,
-    /// Uniform `slabs`: the struct `Slabs` of a stack of slices.
-    Slabs,
-    /// Read-only storage `macrocells: array<u32>`.
-    Macrocells,
-    /// 2-D texture `transfer_table` of [`crate::render::TransferFunction::TABLE_ROWS`] rows, in single precision.
-    TransferTable,
-    /// What finds the segment of a value. It is text, and binds nothing of its own.
-    TransferSegments(SegmentSearch),
-    /// Storage `image: array<vec4<f32>>`, written.
-    Image,
-    /// Uniform `pieces`: the struct `Pieces` of rays that are followed piece by piece.
-    Pieces,
-    /// Storage `progress: array<u32>`, read and written: of each ray the sample that comes next.
-    Progress,
-    /// Storage `dump_values: array<f32>`, written: voxels of a frame, x fastest, channels interleaved.
-    Dump,
-    /// Uniform `dumped`: the struct `Dumped`, which voxels these are.
-    Dumped,
-    /// Uniform `slab`: the struct `Slab` of the template that decodes a frame, in layers across an axis.
-    Slab(Axis),
-    /// Storage `texels: array<u32>`, written: texels of this format in rows, as a copy into a texture wants them.
-    Texels(TexelFormat),
+    /// The struct `inputs` of all uniforms.
+    Uniforms(Vec<UniformMember>),
+    /// A storage buffer of the program.
+    Storage {
+        /// Its name.
+        name: &'static str,
+        /// Whether it is bound to be written.
+        written: bool,
+    },
+    /// A 2-D texture of the program, in single precision.
+    Table {
+        /// Its name.
+        name: &'static str,
+        /// Its rows.
+        rows: u32,
+    },
     /// Read-only storage: words `first..first + words` of a codec's buffer.
     Words {
         /// Index of the buffer among the codec's resources.
@@ -188,42 +167,33 @@ pub enum BindingKind {
 }
 
 impl BindingKind {
-    /// The bindings of a template that dumps voxels.
-    pub const DUMP: [Self; 2] = [Self::Dump, Self::Dumped];
-
     /// Whether it is a storage buffer.
     #[must_use]
     pub const fn is_storage(&self) -> bool {
-        let is_other = matches!(
-            self,
-            Self::TransferTable
-                | Self::TransferSegments(_)
-                | Self::VolumeTexture { .. }
-                | Self::VolumeSampler
-                | Self::RingSampler
-        );
-        !is_other && !self.is_uniform()
-    }
-
-    /// Whether it is a uniform.
-    #[must_use]
-    pub const fn is_uniform(&self) -> bool {
-        matches!(
-            self,
-            Self::View
-                | Self::Clip
-                | Self::Lighting
-                | Self::Colour
-                | Self::Slabs
-                | Self::Slab(_)
-                | Self::Pieces
-                | Self::Dumped
-        )
+        match self {
+            Self::Storage { .. } | Self::Words { .. } | Self::Scratch { .. } => true,
+            Self::Uniforms(_)
+            | Self::Table { .. }
+            | Self::VolumeTexture { .. }
+            | Self::VolumeSampler
+            | Self::RingSampler => false,
+        }
     }
 }
 
+/// A uniform in the buffer of all.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct UniformMember {
+    /// Name.
+    pub name: &'static str,
+    /// First byte.
+    pub offset: u32,
+    /// Bytes of its struct.
+    pub bytes: u32,
+}
+
 /// One binding of a generated shader.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Binding {
     /// `@group`: 0 for the template, 1 for the voxel source.
     pub group: u32,
@@ -249,4 +219,12 @@ pub struct GeneratedShader {
     /// Statements and expressions that are left of the text then, those in inner loops of the decoder counted eightfold: what it
     /// takes a software rasteriser to compile.
     pub inlined_operations: u64,
+}
+
+/// The text of a shader before it is proven, with its bindings. Equal drafts make equal shaders.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Draft {
+    pub(super) wgsl: String,
+    pub(super) bindings: Vec<Binding>,
+    pub(super) entry: String,
 }

@@ -4,27 +4,24 @@ use std::fmt::Write as _;
 
 use cvr_shaders as shaders;
 
-use super::text::Text;
+use super::Module;
 use crate::render::SegmentSearch;
 
-/// Appends `transfer_segment`.
-pub fn write(out: &mut Text, search: SegmentSearch) {
+/// The module that declares `transfer_segment`.
+#[must_use]
+pub fn transfer_segments(search: SegmentSearch) -> Module {
+    let generated = |source| Module::Generated { purpose: "segments of the transfer function", source };
     match search {
-        SegmentSearch::Guide { wide: false } => out.template(shaders::SEGMENT_GUIDE),
-        SegmentSearch::Guide { wide: true } => out.template(shaders::SEGMENT_WIDE_GUIDE),
-        SegmentSearch::Every { points } => {
-            out.generated("segments of the transfer function", &every(points));
-        }
-        SegmentSearch::Tree { levels } => {
-            out.template(shaders::KEYS_PASSED);
-            out.generated("segments of the transfer function", &tree(levels));
-        }
+        SegmentSearch::Guide { wide: false } => shaders::SEGMENT_GUIDE.into(),
+        SegmentSearch::Guide { wide: true } => shaders::SEGMENT_WIDE_GUIDE.into(),
+        SegmentSearch::Every { points } => generated(every(points)),
+        SegmentSearch::Tree { levels } => generated(tree(levels)),
     }
 }
 
 /// Point after point.
 fn every(points: u32) -> String {
-    let key = |i: u32| format!("view.transfer_keys[{}].{}", i / 4, ["x", "y", "z", "w"][i as usize % 4]);
+    let key = |i: u32| format!("inputs.view.transfer_keys[{}].{}", i / 4, ["x", "y", "z", "w"][i as usize % 4]);
     let mut text = "fn transfer_segment(value: f32) -> Segment {\n".to_owned();
     let _ = writeln!(text, "    var found = Segment(0u, {0}, {0});\n    var passed: bool;", key(0));
     for i in 0..points {

@@ -2,7 +2,7 @@ use cvr_shaders as shaders;
 
 use super::*;
 use crate::codec::{Constant, ConstantValue, DecodedForm, WgslModule};
-use crate::render::{Filter, SegmentSearch, Template};
+use crate::render::{Filter, Pipeline, RayWalk, SegmentSearch, Stage, Template};
 use crate::volume::{Axis, Extent, FrameIndex, Level, SampleType, VolumeLayout};
 
 const SNIPPET: &str = "\
@@ -19,17 +19,13 @@ fn layout() -> VolumeLayout {
 fn inline(
     snippet: &str,
     filter: Option<Filter>,
-    templates: &[Template],
+    program: &Program,
     words: u64,
 ) -> Result<GeneratedShader, ShaderError> {
     let limits = BindingLimits { storage_words: 1000, storage_buffers: 8 };
     let constants = vec![Constant { name: "edge", value: ConstantValue::U32(8) }];
-    let dump = templates[0] == shaders::DUMP || templates[0] == shaders::DUMP_CELL;
-    let picture = picture();
     generate(&Request {
-        templates,
-        entry: if dump { "dump" } else { "raycast" },
-        bindings: if dump { &BindingKind::DUMP } else { &picture },
+        program,
         layout: &layout(),
         source: Source::Inline {
             codec: "toy",
@@ -43,28 +39,41 @@ fn inline(
     })
 }
 
-/// What pictures bind.
-fn picture() -> [BindingKind; 4] {
-    let segments = BindingKind::TransferSegments(SegmentSearch::Every { points: 2 });
-    [BindingKind::View, BindingKind::TransferTable, segments, BindingKind::Image]
+/// A renderer of a few lines: the first sample of a ray.
+const FIRST_SAMPLE: Template = Template {
+    file: "shaders/first/first.wgsl",
+    source: "\
+fn gather(so_far: vec4<f32>, x: vec3<f32>, direction: vec3<f32>, piece: f32) -> Gathered {
+    let sample = optical(x, direction);
+    return Gathered(vec4<f32>(sample.rgb * opacity_over(sample.a, piece), 1.0), true);
+}
+",
+};
+
+/// A picture of it, unlit and whole.
+fn picture() -> Program {
+    let function = transfer_segments(SegmentSearch::Every { points: 2 });
+    let offered = [
+        shaders::CAMERA_PERSPECTIVE,
+        shaders::BOUNDS_WHOLE,
+        shaders::OPTICS_UNLIT,
+        shaders::EVERY_SAMPLE,
+        shaders::CLASSIFY_SCALAR,
+    ];
+    let pipeline = Pipeline {
+        stage: Stage::Rays(RayWalk::default()),
+        modules: vec![FIRST_SAMPLE.into()],
+        offered: offered.into_iter().map(Module::from).chain([function]).collect(),
+        variables: vec![
+            Variable::Uniform { name: "view", wgsl_type: "View" },
+            Variable::Table { name: "transfer_table", rows: 3 },
+        ],
+    };
+    pipeline.program()
 }
 
-const RAYCAST: [Template; 11] = [
-    shaders::RAYCASTING,
-    shaders::RAYS_AT_ONCE,
-    shaders::LOOPS_RUN,
-    shaders::VIEW,
-    shaders::CAMERA_PERSPECTIVE,
-    shaders::BOUNDS_WHOLE,
-    shaders::OPTICS_UNLIT,
-    shaders::EVERY_SAMPLE,
-    shaders::CLASSIFY_SCALAR,
-    shaders::TRANSFER,
-    shaders::OPACITY,
-];
-
 fn dump(snippet: &str) -> Result<GeneratedShader, ShaderError> {
-    inline(snippet, None, &[shaders::DUMP], 512)
+    inline(snippet, None, &Program::dump(shaders::DUMP), 512)
 }
 
 #[test]
@@ -78,9 +87,7 @@ fn texture_shaders_hold_no_more_than_they_need() {
     let picture = picture();
     let of = |padded, sampling, filter| {
         generate(&Request {
-            templates: &RAYCAST,
-            entry: "raycast",
-            bindings: &picture,
+            program: &picture,
             layout: &layout(),
             source: Source::Texture { form, sampling, padded },
             filter: Some(filter),
@@ -106,12 +113,12 @@ fn texture_shaders_hold_no_more_than_they_need() {
 
 #[test]
 fn a_large_buffer_is_split_and_the_snippet_cannot_tell() {
-    let shader = inline(SNIPPET, Some(Filter::Linear), &RAYCAST, 2500).unwrap();
+    let shader = inline(SNIPPET, Some(Filter::Linear), &picture(), 2500).unwrap();
     let parts: Vec<_> = shader.bindings.iter().filter(|b| b.group == 1).collect();
     assert_eq!(parts.len(), 3);
     assert_eq!(parts[2].kind, BindingKind::Words { resource: 0, first: 2000, words: 500 });
     assert!(shader.wgsl.contains("    if i < 2000u {\n        return toy_data_part1[i - 1000u];"));
-    let error = inline(SNIPPET, Some(Filter::Linear), &RAYCAST, 8000).unwrap_err().to_string();
+    let error = inline(SNIPPET, Some(Filter::Linear), &picture(), 8000).unwrap_err().to_string();
     assert!(error.contains("needs 9 storage buffers") && error.contains("binds 8"), "{error}");
 }
 
@@ -157,7 +164,7 @@ fn a_missing_function_is_named() {
 
 #[test]
 fn a_missing_cell_function_is_named() {
-    let error = inline(SNIPPET, Some(Filter::OptimisedLinear), &RAYCAST, 512).unwrap_err();
+    let error = inline(SNIPPET, Some(Filter::OptimisedLinear), &picture(), 512).unwrap_err();
     insta::assert_snapshot!(error);
 }
 
@@ -211,7 +218,9 @@ fn layers(channels: u32, format: crate::codec::TexelFormat, axis: Axis) -> Strin
     let shader = generate_decode(&source, &layout, (format, axis), BindingLimits::default()).unwrap();
     let kinds: Vec<_> = shader.bindings.into_iter().map(|b| (b.group, b.kind)).collect();
     let words = BindingKind::Words { resource: 0, first: 0, words: 512 };
-    assert_eq!(kinds, [(0, BindingKind::Slab(axis)), (0, BindingKind::Texels(format)), (1, words)]);
+    let slab = BindingKind::Uniforms(vec![UniformMember { name: "slab", offset: 0, bytes: 32 }]);
+    let texels = BindingKind::Storage { name: "texels", written: true };
+    assert_eq!(kinds, [(0, slab), (0, texels), (1, words)]);
     shader.wgsl
 }
 
@@ -246,9 +255,7 @@ fn a_ring_is_sampled_around_its_third_axis() {
     let picture = picture();
     let make = |sampling, filter, axis| {
         generate(&Request {
-            templates: &RAYCAST,
-            entry: "raycast",
-            bindings: &picture,
+            program: &picture,
             layout: &layout(),
             source: Source::Ring { form, sampling, axis },
             filter: Some(filter),
@@ -313,4 +320,52 @@ fn modules_fetch_voxels_from_buffers_of_their_own() {
 fn the_nearest_filter_breaks_ties_as_its_mirror_does() {
     let constant = format!("const nearest_tie: f32 = {:?};", Filter::NEAREST_TIE);
     assert!(shaders::FILTER_NEAREST.source.contains(&constant), "{constant}");
+}
+
+#[test]
+fn uniforms_share_one_buffer_and_only_what_is_used_is_declared() {
+    let lit = |offered: &[Template]| {
+        let mut program = picture();
+        program.offered.retain(|module| *module != shaders::OPTICS_UNLIT.into());
+        program.offered.extend(offered.iter().map(|template| Module::from(*template)));
+        program.variables.push(Variable::Uniform { name: "lighting", wgsl_type: "Lighting" });
+        program.variables.push(Variable::read("macrocells", "array<u32>"));
+        inline(SNIPPET, Some(Filter::Nearest), &program, 512).unwrap()
+    };
+    let uniforms = |shader: &GeneratedShader| {
+        let kinds = shader.bindings.iter().map(|binding| binding.kind.clone());
+        kinds.filter(|kind| matches!(kind, BindingKind::Uniforms(_))).collect::<Vec<_>>()
+    };
+    let view = UniformMember { name: "view", offset: 0, bytes: 128 };
+    let unlit = lit(&[shaders::OPTICS_UNLIT]);
+    assert_eq!(uniforms(&unlit), [BindingKind::Uniforms(vec![view])]);
+    assert!(!unlit.wgsl.contains("macrocells"));
+    let lit = lit(&[shaders::OPTICS_LIT, shaders::GRADIENT, shaders::HEIGHT_SCALAR]);
+    let lighting = UniformMember { name: "lighting", offset: 128, bytes: 32 };
+    assert_eq!(uniforms(&lit), [BindingKind::Uniforms(vec![view, lighting])]);
+    assert!(lit.wgsl.contains("    @align(16) lighting: Lighting,\n"));
+}
+
+#[test]
+fn equal_requests_have_equal_drafts() {
+    let of = |words| {
+        let program = picture();
+        let constants = vec![Constant { name: "edge", value: ConstantValue::U32(8) }];
+        draft(&Request {
+            program: &program,
+            layout: &layout(),
+            source: Source::Inline {
+                codec: "toy",
+                module: WgslModule { file: "toy/decode.wgsl", source: SNIPPET, constants },
+                resources: vec![ResourceSize { name: "data", words }],
+                frame: FrameIndex::FIRST,
+                level: Level::FULL,
+            },
+            filter: Some(Filter::Nearest),
+            limits: BindingLimits::default(),
+        })
+        .unwrap()
+    };
+    assert_eq!(of(512), of(512));
+    assert_ne!(of(512), of(513), "a buffer of another size is another binding");
 }

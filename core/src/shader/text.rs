@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use cvr_shaders::Template;
 
-use super::{Binding, BindingKind, Origin, Segment, ShaderError};
+use super::request::UniformMember;
+use super::{Binding, BindingKind, Module, Origin, Segment, ShaderError, Variable};
 use crate::codec::{Constant, ConstantValue, DecodedForm};
 use crate::render::RING_LAYERS;
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
@@ -25,6 +26,14 @@ impl Text {
     /// Appends a template.
     pub fn template(&mut self, template: Template) {
         self.file(template.file, template.source, false);
+    }
+
+    /// Appends a module.
+    pub fn module(&mut self, module: &Module) {
+        match module {
+            Module::File(template) => self.template(*template),
+            Module::Generated { purpose, source } => self.generated(purpose, source),
+        }
     }
 
     /// Appends text of the generator's own, if there is any.
@@ -107,38 +116,41 @@ pub fn level_accessors(codec: &str, snippet: &str, frame: FrameIndex, level: Lev
     text
 }
 
-/// Bindings of the template, in group 0.
-pub fn template_bindings(kinds: &[BindingKind]) -> (String, Vec<Binding>) {
-    let mut text = String::new();
-    let mut bindings = Vec::new();
-    for (kind, binding) in kinds.iter().zip(0..) {
-        let declaration = match kind {
-            BindingKind::View => "var<uniform> view: View;",
-            BindingKind::Clip => "var<uniform> clip: Clip;",
-            BindingKind::Lighting => "var<uniform> lighting: Lighting;",
-            BindingKind::Slabs => "var<uniform> slabs: Slabs;",
-            BindingKind::Colour => "var<uniform> colour: Colour;",
-            BindingKind::OpacityTable => "var<storage, read> opacity_table: array<f32>;",
-            BindingKind::Macrocells => "var<storage, read> macrocells: array<u32>;",
-            BindingKind::TransferTable => "var transfer_table: texture_2d<f32>;",
-            BindingKind::Image => "var<storage, read_write> image: array<vec4<f32>>;",
-            BindingKind::Pieces => "var<uniform> pieces: Pieces;",
-            BindingKind::Progress => "var<storage, read_write> progress: array<u32>;",
-            BindingKind::Dump => "var<storage, read_write> dump_values: array<f32>;",
-            BindingKind::Dumped => "var<uniform> dumped: Dumped;",
-            BindingKind::Slab(_) => "var<uniform> slab: Slab;",
-            BindingKind::Texels(_) => "var<storage, read_write> texels: array<u32>;",
-            BindingKind::TransferSegments(_)
-            | BindingKind::Words { .. }
-            | BindingKind::Scratch { .. }
-            | BindingKind::VolumeTexture { .. }
-            | BindingKind::VolumeSampler
-            | BindingKind::RingSampler => {
-                continue;
+/// Declarations of a program's variables, in group 0: all uniforms in one buffer.
+pub fn variables(variables: &[Variable]) -> (String, Vec<Binding>) {
+    let (mut text, mut bindings) = (String::new(), Vec::new());
+    let uniforms: Vec<_> = variables
+        .iter()
+        .filter_map(|variable| match variable {
+            Variable::Uniform { name, wgsl_type } => Some((*name, *wgsl_type)),
+            Variable::Storage { .. } | Variable::Table { .. } => None,
+        })
+        .collect();
+    if !uniforms.is_empty() {
+        text.push_str("struct Inputs {\n");
+        for (name, wgsl_type) in &uniforms {
+            // As the uniform address space demands of structs within structs.
+            let _ = writeln!(text, "    @align(16) {name}: {wgsl_type},");
+        }
+        text.push_str("}\n@group(0) @binding(0) var<uniform> inputs: Inputs;\n");
+        // Where members lie is read off the parsed text.
+        let members = uniforms.iter().map(|&(name, _)| UniformMember { name, offset: 0, bytes: 0 });
+        bindings.push(Binding { group: 0, binding: 0, kind: BindingKind::Uniforms(members.collect()) });
+    }
+    for variable in variables {
+        let binding = bindings.len() as u32;
+        let (declaration, kind) = match *variable {
+            Variable::Uniform { .. } => continue,
+            Variable::Storage { name, wgsl_type, written } => {
+                let access = if written { "read_write" } else { "read" };
+                (format!("var<storage, {access}> {name}: {wgsl_type}"), BindingKind::Storage { name, written })
+            }
+            Variable::Table { name, rows } => {
+                (format!("var {name}: texture_2d<f32>"), BindingKind::Table { name, rows })
             }
         };
-        let _ = writeln!(text, "@group(0) @binding({binding}) {declaration}");
-        bindings.push(Binding { group: 0, binding, kind: kind.clone() });
+        let _ = writeln!(text, "@group(0) @binding({binding}) {declaration};");
+        bindings.push(Binding { group: 0, binding, kind });
     }
     (text, bindings)
 }

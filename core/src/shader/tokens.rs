@@ -1,6 +1,50 @@
 //! Words and braces of a WGSL text: enough to know what stands at module scope.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
+
+/// The names that a text declares at module scope, and the names that it uses of others.
+#[derive(Clone, Debug, Default)]
+pub struct Names<'a> {
+    pub declares: BTreeSet<&'a str>,
+    pub uses: BTreeSet<&'a str>,
+    /// Members of `inputs`.
+    pub inputs: BTreeSet<&'a str>,
+}
+
+/// What a text declares and uses. Names of members, parameters and local variables are neither.
+pub fn names(source: &str) -> Names<'_> {
+    let bytes = source.as_bytes();
+    let before = |at: usize| bytes[..at].iter().rev().find(|b| !b.is_ascii_whitespace()).copied();
+    let after = |at: usize| bytes[at..].iter().find(|b| !b.is_ascii_whitespace()).copied();
+    let (mut declares, mut local, mut words) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+    let mut inputs = BTreeSet::new();
+    let (mut depth, mut last) = (0_usize, "");
+    for (range, token) in tokens(source) {
+        match token {
+            "{" => depth += 1,
+            "}" => depth = depth.saturating_sub(1),
+            "@" => {}
+            _ if matches!(last, "fn" | "struct" | "alias" | "const" | "override") && depth == 0 => {
+                declares.insert(token);
+            }
+            _ if matches!(last, "let" | "var" | "const") || after(range.end) == Some(b':') => {
+                local.insert(token);
+            }
+            _ if before(range.start) == Some(b'.') => {
+                if last == "inputs" {
+                    inputs.insert(token);
+                }
+            }
+            _ => {
+                words.insert(token);
+            }
+        }
+        last = token;
+    }
+    let uses = words.into_iter().filter(|word| !declares.contains(word) && !local.contains(word)).collect();
+    Names { declares, uses, inputs }
+}
 
 /// Names and places of the functions that a text declares at module scope.
 pub fn declared_functions(source: &str) -> Vec<(Range<usize>, &str)> {

@@ -1,27 +1,23 @@
-//! From the bindings that a generated shader lists to a pipeline with everything bound.
+//! A pipeline with everything that its shader lists bound.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use cvr_core::codec::Resource;
-use cvr_core::render::{Input, TransferFunction};
-use cvr_core::shader::{Binding, BindingKind, GeneratedShader};
+use cvr_core::render::Contents;
+use cvr_core::shader::{Binding, BindingKind, GeneratedShader, UniformMember};
 use wgpu::util::DeviceExt as _;
 
+use crate::pipelines::{Compiled, Executable, Target};
 use crate::{Device, EngineError, VolumeTexture};
 
 /// What the bindings of a shader may hold. What the shader does not list need not be there.
-#[derive(Default)]
+#[derive(Copy, Clone, Default)]
 pub(crate) struct Supplies<'a> {
-    /// Uniforms and tables of the renderer.
-    pub(crate) inputs: &'a [Input],
-    /// The uniform `slab`.
-    pub(crate) slab: Option<&'a wgpu::Buffer>,
-    /// The uniform `dumped`.
-    pub(crate) dumped: Option<&'a wgpu::Buffer>,
-    /// `image`, `dump_values` or `texels`: what the shader writes.
-    pub(crate) output: Option<&'a wgpu::Buffer>,
-    /// The uniform `pieces`, and `progress`.
-    pub(crate) pieces: Option<[&'a wgpu::Buffer; 2]>,
+    /// Contents of variables.
+    pub(crate) inputs: &'a [Contents],
+    /// Storage buffers that are there already, by the names of their variables.
+    pub(crate) storage: &'a [(&'static str, &'a wgpu::Buffer)],
     /// The codec's buffers.
     pub(crate) buffers: &'a [Resource<'a>],
     /// Scratch buffers of the codec's passes.
@@ -34,122 +30,20 @@ pub(crate) struct Supplies<'a> {
 /// them.
 pub(crate) type Parts = BTreeMap<(usize, u64), wgpu::Buffer>;
 
-/// A compiled shader, and everything that it lists bound.
-#[derive(Debug)]
-pub(crate) struct Bindings {
-    pub(crate) module: wgpu::ShaderModule,
-    pub(crate) layout: wgpu::PipelineLayout,
-    pub(crate) groups: Vec<(u32, wgpu::BindGroup)>,
-}
-
-impl Bindings {
-    /// Compiles `shader`, uploads what it reads, and binds everything for a stage of a pipeline.
-    pub(crate) fn new(
-        device: &Device,
-        shader: &GeneratedShader,
-        stage: wgpu::ShaderStages,
-        supplies: &Supplies<'_>,
-        parts: &mut Parts,
-    ) -> Result<Self, EngineError> {
-        let module = device.guarded("compiling a shader", || {
-            let source = wgpu::ShaderSource::Wgsl(shader.wgsl.as_str().into());
-            let label = Some(shader.entry.as_str());
-            Ok(device.wgpu().create_shader_module(wgpu::ShaderModuleDescriptor { label, source }))
-        })?;
-        let resident: Vec<_> = device.guarded("uploading what a shader reads", || {
-            shader.bindings.iter().map(|binding| resident(device, binding, supplies, parts)).collect()
-        })?;
-        device.guarded("binding what a shader reads", || {
-            Ok(Self::assemble(device, shader, stage, module, &resident))
-        })
-    }
-
-    fn assemble(
-        device: &Device,
-        shader: &GeneratedShader,
-        stage: wgpu::ShaderStages,
-        module: wgpu::ShaderModule,
-        resident: &[Resident],
-    ) -> Self {
-        let bound = || shader.bindings.iter().zip(resident);
-        let last = shader.bindings.iter().map(|binding| binding.group).max();
-        let numbers = || 0..last.map_or(0, |last| last + 1);
-        let layouts: Vec<_> = numbers()
-            .map(|group| {
-                let of_group = bound().filter(|(binding, _)| binding.group == group);
-                let entries: Vec<_> = of_group.map(|(binding, _)| layout_entry(binding, stage)).collect();
-                device.wgpu().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                    label: None,
-                    entries: &entries,
-                })
-            })
-            .collect();
-        let groups = numbers()
-            .zip(&layouts)
-            .map(|(group, layout)| {
-                let of_group = bound().filter(|(binding, _)| binding.group == group);
-                let entries: Vec<_> = of_group
-                    .map(|(binding, resident)| wgpu::BindGroupEntry {
-                        binding: binding.binding,
-                        resource: resident.as_binding(),
-                    })
-                    .collect();
-                let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
-                (group, device.wgpu().create_bind_group(&descriptor))
-            })
-            .collect();
-        let layouts: Vec<_> = layouts.iter().map(Some).collect();
-        let layout = device.wgpu().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &layouts,
-            immediate_size: 0,
-        });
-        Self { module, layout, groups }
-    }
-}
-
-/// A compute pipeline and what is bound to it.
+/// A pipeline and what is bound to it.
 #[derive(Debug)]
 pub(crate) struct Bound {
-    pipeline: wgpu::ComputePipeline,
-    groups: Vec<(u32, wgpu::BindGroup)>,
-}
-
-impl Bound {
-    /// Compiles `shader`, uploads what it reads, and binds everything.
-    pub(crate) fn new(
-        device: &Device,
-        shader: &GeneratedShader,
-        supplies: &Supplies<'_>,
-        parts: &mut Parts,
-    ) -> Result<Self, EngineError> {
-        let bindings = Bindings::new(device, shader, wgpu::ShaderStages::COMPUTE, supplies, parts)?;
-        let pipeline = device.guarded("building a pipeline", || {
-            Ok(device.wgpu().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(&shader.entry),
-                layout: Some(&bindings.layout),
-                module: &bindings.module,
-                entry_point: Some(&shader.entry),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            }))
-        })?;
-        Ok(Self { pipeline, groups: bindings.groups })
-    }
-
-    /// Records the dispatch.
-    pub(crate) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, [x, y, z]: [u32; 3]) {
-        pass.set_pipeline(&self.pipeline);
-        for (group, bound) in &self.groups {
-            pass.set_bind_group(*group, bound, &[]);
-        }
-        pass.dispatch_workgroups(x, y, z);
-    }
+    compiled: Arc<Compiled>,
+    /// What each binding of the shader holds.
+    residents: Vec<Resident>,
+    groups: Vec<wgpu::BindGroup>,
 }
 
 /// What one binding holds on the device.
+#[derive(Debug)]
 enum Resident {
     Buffer(wgpu::Buffer),
+    Table(wgpu::Texture, wgpu::TextureView),
     Texture(wgpu::TextureView),
     Sampler(wgpu::Sampler),
 }
@@ -158,10 +52,110 @@ impl Resident {
     fn as_binding(&self) -> wgpu::BindingResource<'_> {
         match self {
             Self::Buffer(buffer) => buffer.as_entire_binding(),
-            Self::Texture(view) => wgpu::BindingResource::TextureView(view),
+            Self::Table(_, view) | Self::Texture(view) => wgpu::BindingResource::TextureView(view),
             Self::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
         }
     }
+}
+
+impl Bound {
+    /// Compiles `shader`, unless that has been done before, uploads what it reads, and binds everything.
+    pub(crate) fn new(
+        device: &Device,
+        shader: &GeneratedShader,
+        target: Target,
+        supplies: &Supplies<'_>,
+        parts: &mut Parts,
+    ) -> Result<Self, EngineError> {
+        let compiled = device.compiled(shader, target)?;
+        let residents: Vec<_> = device.guarded("uploading what a shader reads", || {
+            compiled.bindings.iter().map(|binding| resident(device, binding, supplies, parts)).collect()
+        })?;
+        let groups =
+            device.guarded("binding what a shader reads", || Ok(groups(device, &compiled, &residents)))?;
+        Ok(Self { compiled, residents, groups })
+    }
+
+    /// Uploads other contents of variables.
+    pub(crate) fn set_inputs(&mut self, device: &Device, inputs: &[Contents]) -> Result<(), EngineError> {
+        let Self { compiled, residents, groups: bound } = self;
+        device.guarded("uploading what a shader reads", || {
+            let mut moved = false;
+            for (binding, resident) in compiled.bindings.iter().zip(residents.iter_mut()) {
+                if let Some(other) = rewritten(device, binding, resident, inputs)? {
+                    *resident = other;
+                    moved = true;
+                }
+            }
+            if moved {
+                *bound = groups(device, compiled, residents);
+            }
+            Ok(())
+        })
+    }
+
+    /// Writes one uniform, if the shader has it. Call it inside of a guard.
+    pub(crate) fn write_uniform(&self, device: &Device, name: &str, bytes: &[u8]) {
+        for (binding, resident) in self.compiled.bindings.iter().zip(&self.residents) {
+            if let (BindingKind::Uniforms(members), Resident::Buffer(buffer)) = (&binding.kind, resident) {
+                for member in members.iter().filter(|member| member.name == name) {
+                    device.queue().write_buffer(buffer, u64::from(member.offset), bytes);
+                }
+            }
+        }
+    }
+
+    /// The buffer of all uniforms.
+    pub(crate) fn uniforms(&self) -> Option<&wgpu::Buffer> {
+        self.compiled.bindings.iter().zip(&self.residents).find_map(|pair| match pair {
+            (Binding { kind: BindingKind::Uniforms(_), .. }, Resident::Buffer(buffer)) => Some(buffer),
+            _ => None,
+        })
+    }
+
+    /// Records the dispatch.
+    pub(crate) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, [x, y, z]: [u32; 3]) {
+        let Executable::Compute(pipeline) = &self.compiled.pipeline else { return };
+        pass.set_pipeline(pipeline);
+        for (group, bound) in (0..).zip(&self.groups) {
+            pass.set_bind_group(group, bound, &[]);
+        }
+        pass.dispatch_workgroups(x, y, z);
+    }
+
+    /// Makes a pass ready for triangles.
+    pub(crate) fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
+        let Executable::Blend(pipeline) = &self.compiled.pipeline else { return };
+        pass.set_pipeline(pipeline);
+        for (group, bound) in (0..).zip(&self.groups) {
+            pass.set_bind_group(group, bound, &[]);
+        }
+    }
+}
+
+/// Fails where a device does not dispatch so many workgroups.
+pub(crate) fn check_workgroups(device: &Device, what: &str, workgroups: [u32; 3]) -> Result<(), EngineError> {
+    let most = workgroups.into_iter().max().unwrap_or(0);
+    let limit = device.capabilities().workgroups_per_axis;
+    if most > limit {
+        let (what, requested, limit) = (what.to_owned(), u64::from(most), u64::from(limit));
+        return Err(EngineError::TooLarge { what, requested, limit, unit: "workgroups along one axis" });
+    }
+    Ok(())
+}
+
+fn groups(device: &Device, compiled: &Compiled, residents: &[Resident]) -> Vec<wgpu::BindGroup> {
+    let group = |(group, layout): (u32, &wgpu::BindGroupLayout)| {
+        let of_group = compiled.bindings.iter().zip(residents).filter(|(binding, _)| binding.group == group);
+        let entries: Vec<_> = of_group
+            .map(|(binding, resident)| wgpu::BindGroupEntry {
+                binding: binding.binding,
+                resource: resident.as_binding(),
+            })
+            .collect();
+        device.wgpu().create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    };
+    (0..).zip(&compiled.layouts).map(group).collect()
 }
 
 fn resident(
@@ -172,37 +166,18 @@ fn resident(
 ) -> Result<Resident, EngineError> {
     let storage = wgpu::BufferUsages::STORAGE;
     Ok(match &binding.kind {
-        BindingKind::View
-        | BindingKind::Clip
-        | BindingKind::Lighting
-        | BindingKind::Slabs
-        | BindingKind::Colour
-        | BindingKind::OpacityTable
-        | BindingKind::Macrocells => {
-            let input = input_of(&binding.kind, supplies.inputs)?;
-            let usage = if binding.kind.is_uniform() { wgpu::BufferUsages::UNIFORM } else { storage };
-            // Structs end on a multiple of 16 bytes.
-            let mut contents = input.contents.clone();
-            contents.resize(contents.len().next_multiple_of(16), 0);
-            Resident::Buffer(device.filled_buffer("input", usage, &contents)?)
+        BindingKind::Uniforms(members) => {
+            let bytes = uniforms(members, supplies.inputs)?;
+            Resident::Buffer(device.filled_buffer("inputs", wgpu::BufferUsages::UNIFORM, &bytes)?)
         }
-        BindingKind::TransferSegments(_) => return Err(missing("a search, which binds nothing")),
-        BindingKind::TransferTable => {
-            let input = input_of(&binding.kind, supplies.inputs)?;
-            Resident::Texture(table(device, &input.contents))
+        BindingKind::Storage { name, .. } => {
+            if let Some((_, buffer)) = supplies.storage.iter().find(|(owned, _)| owned == name) {
+                return Ok(Resident::Buffer((*buffer).clone()));
+            }
+            let contents = contents_of(name, supplies.inputs)?;
+            Resident::Buffer(device.filled_buffer(name, storage, &padded(contents))?)
         }
-        BindingKind::Slab(_) => Resident::Buffer(supplies.slab.ok_or_else(|| missing("`slab`"))?.clone()),
-        BindingKind::Dumped => {
-            Resident::Buffer(supplies.dumped.ok_or_else(|| missing("which voxels to dump"))?.clone())
-        }
-        BindingKind::Image | BindingKind::Dump | BindingKind::Texels(_) => {
-            Resident::Buffer(supplies.output.ok_or_else(|| missing("an output"))?.clone())
-        }
-        BindingKind::Pieces | BindingKind::Progress => {
-            let [uniform, progress] = supplies.pieces.ok_or_else(|| missing("how far rays have come"))?;
-            let bound = if binding.kind == BindingKind::Pieces { uniform } else { progress };
-            Resident::Buffer(bound.clone())
-        }
+        BindingKind::Table { name, rows } => table(device, contents_of(name, supplies.inputs)?, *rows),
         BindingKind::Words { resource, first, words } => {
             if let Some(part) = parts.get(&(*resource, *first)) {
                 return Ok(Resident::Buffer(part.clone()));
@@ -223,53 +198,118 @@ fn resident(
         BindingKind::VolumeTexture { .. } => {
             Resident::Texture(supplies.texture.ok_or_else(|| missing("a texture"))?.view().clone())
         }
-        BindingKind::VolumeSampler | BindingKind::RingSampler => {
-            // Clamped to the edge, as the manual filter does; a ring goes around from its last layer to the first.
-            let around = match binding.kind {
-                BindingKind::RingSampler => wgpu::AddressMode::Repeat,
-                _ => wgpu::AddressMode::ClampToEdge,
-            };
-            Resident::Sampler(device.wgpu().create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("volume"),
-                address_mode_u: wgpu::AddressMode::ClampToEdge,
-                address_mode_v: wgpu::AddressMode::ClampToEdge,
-                address_mode_w: around,
-                mag_filter: wgpu::FilterMode::Linear,
-                min_filter: wgpu::FilterMode::Linear,
-                ..Default::default()
-            }))
-        }
+        // Clamped to the edge, as the manual filter does; a ring goes around from its last layer to the first.
+        BindingKind::VolumeSampler => sampler(device, wgpu::AddressMode::ClampToEdge),
+        BindingKind::RingSampler => sampler(device, wgpu::AddressMode::Repeat),
     })
+}
+
+/// Writes the contents of a binding over what it holds, or, where they have another size, what it is to hold instead.
+fn rewritten(
+    device: &Device,
+    binding: &Binding,
+    held: &Resident,
+    inputs: &[Contents],
+) -> Result<Option<Resident>, EngineError> {
+    match (&binding.kind, held) {
+        (BindingKind::Uniforms(members), Resident::Buffer(buffer)) => {
+            device.queue().write_buffer(buffer, 0, &uniforms(members, inputs)?);
+        }
+        (BindingKind::Storage { name, .. }, Resident::Buffer(buffer)) => {
+            // What is not among the inputs is a buffer of the engine's.
+            let Some(contents) = inputs.iter().find(|contents| contents.name == *name) else { return Ok(None) };
+            let bytes = padded(&contents.bytes);
+            if bytes.len() as u64 != buffer.size() {
+                let usage = wgpu::BufferUsages::STORAGE;
+                return Ok(Some(Resident::Buffer(device.filled_buffer(name, usage, &bytes)?)));
+            }
+            device.queue().write_buffer(buffer, 0, &bytes);
+        }
+        (BindingKind::Table { name, rows }, Resident::Table(texture, _)) => {
+            let contents = contents_of(name, inputs)?;
+            if table_size(contents, *rows) != texture.size() {
+                return Ok(Some(table(device, contents, *rows)));
+            }
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(texture.width() * TEXEL_BYTES),
+                rows_per_image: None,
+            };
+            device.queue().write_texture(texture.as_image_copy(), contents, layout, texture.size());
+        }
+        _ => {}
+    }
+    Ok(None)
 }
 
 fn missing(what: &str) -> EngineError {
     EngineError::Unsupported(format!("the shader reads {what}, which the plan lacks"))
 }
 
-/// What the plan holds of a kind; not nothing.
-fn input_of<'a>(kind: &BindingKind, inputs: &'a [Input]) -> Result<&'a Input, EngineError> {
-    let input = inputs.iter().find(|input| input.kind == *kind);
-    input.filter(|input| !input.contents.is_empty()).ok_or_else(|| missing(&format!("{kind:?}")))
+/// What a variable holds; not nothing.
+fn contents_of<'a>(name: &str, inputs: &'a [Contents]) -> Result<&'a [u8], EngineError> {
+    let contents = inputs.iter().find(|contents| contents.name == name && !contents.bytes.is_empty());
+    contents.map(|contents| &contents.bytes[..]).ok_or_else(|| missing(&format!("`{name}`")))
 }
 
-/// The table of a transfer function.
-fn table(device: &Device, contents: &[u8]) -> wgpu::TextureView {
-    let format = wgpu::TextureFormat::Rgba32Float;
-    let height = TransferFunction::TABLE_ROWS as u32;
-    let width = contents.len() as u32 / (height * size_of::<[f32; 4]>() as u32);
+/// Structs and buffers end on a multiple of 16 bytes.
+fn padded(contents: &[u8]) -> Vec<u8> {
+    let mut bytes = contents.to_vec();
+    bytes.resize(bytes.len().next_multiple_of(16), 0);
+    bytes
+}
+
+/// The contents of all uniforms.
+fn uniforms(members: &[UniformMember], inputs: &[Contents]) -> Result<Vec<u8>, EngineError> {
+    let mut all = Vec::new();
+    for UniformMember { name, offset, bytes } in members {
+        let contents = contents_of(name, inputs)?;
+        if contents.len() != *bytes as usize {
+            let given = contents.len();
+            let problem = format!("the uniform `{name}` has {given} bytes, and its struct in the shader {bytes}");
+            return Err(EngineError::Unsupported(problem));
+        }
+        all.resize(*offset as usize, 0);
+        all.extend_from_slice(contents);
+    }
+    Ok(padded(&all))
+}
+
+/// Bytes of a table's texel.
+const TEXEL_BYTES: u32 = size_of::<[f32; 4]>() as u32;
+
+fn table_size(contents: &[u8], rows: u32) -> wgpu::Extent3d {
+    let width = contents.len() as u32 / (rows.max(1) * TEXEL_BYTES);
+    wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 }
+}
+
+fn table(device: &Device, contents: &[u8], rows: u32) -> Resident {
     let descriptor = wgpu::TextureDescriptor {
-        label: Some("transfer function"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        label: Some("table"),
+        size: table_size(contents, rows),
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format,
+        format: wgpu::TextureFormat::Rgba32Float,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     };
     let order = wgpu::util::TextureDataOrder::LayerMajor;
     let texture = device.wgpu().create_texture_with_data(device.queue(), &descriptor, order, contents);
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    Resident::Table(texture, view)
+}
+
+fn sampler(device: &Device, along_z: wgpu::AddressMode) -> Resident {
+    Resident::Sampler(device.wgpu().create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("volume"),
+        address_mode_u: wgpu::AddressMode::ClampToEdge,
+        address_mode_v: wgpu::AddressMode::ClampToEdge,
+        address_mode_w: along_z,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..Default::default()
+    }))
 }
 
 /// Words `first..first + words`; an empty buffer has one part, of no words or of the one zero word.
@@ -279,34 +319,6 @@ fn part_of(all: &[u32], first: u64, words: u64) -> Option<&[u32]> {
     }
     let first = usize::try_from(first).ok()?;
     all.get(first..first.checked_add(usize::try_from(words).ok()?)?)
-}
-
-fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
-    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let ty = match binding.kind {
-        ref kind if kind.is_uniform() => buffer(wgpu::BufferBindingType::Uniform),
-        BindingKind::Scratch { written, .. } => {
-            buffer(wgpu::BufferBindingType::Storage { read_only: !written })
-        }
-        BindingKind::Image | BindingKind::Progress | BindingKind::Dump | BindingKind::Texels(_) => {
-            buffer(wgpu::BufferBindingType::Storage { read_only: false })
-        }
-        BindingKind::TransferTable => wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        },
-        BindingKind::VolumeTexture { filterable } => wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable },
-            view_dimension: wgpu::TextureViewDimension::D3,
-            multisampled: false,
-        },
-        BindingKind::VolumeSampler | BindingKind::RingSampler => {
-            wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)
-        }
-        _ => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
-    };
-    wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }
 }
 
 #[cfg(test)]
@@ -322,5 +334,17 @@ mod tests {
         assert_eq!(part_of(&words, u64::MAX, 2), None);
         assert_eq!(part_of(&[], 0, 1), Some(&[][..]));
         assert_eq!(part_of(&[], 1, 1), None);
+    }
+
+    #[test]
+    fn uniforms_lie_where_the_shader_has_them() {
+        let contents = |name, bytes| Contents { name, bytes: vec![7; bytes] };
+        let member = |name, offset, bytes| UniformMember { name, offset, bytes };
+        let members = [member("a", 0, 12), member("b", 16, 4)];
+        let all = uniforms(&members, &[contents("b", 4), contents("a", 12)]).unwrap();
+        assert_eq!((all.len(), all[11], all[12], all[16], all[20]), (32, 7, 0, 7, 0));
+        let wrong = uniforms(&members, &[contents("a", 16), contents("b", 4)]).unwrap_err();
+        assert_eq!(wrong.to_string(), "the uniform `a` has 16 bytes, and its struct in the shader 12");
+        assert!(uniforms(&members, &[contents("a", 12)]).unwrap_err().to_string().contains("`b`"));
     }
 }

@@ -5,7 +5,8 @@ use cvr_core::shader::{TextureSampling, generate_decode, voxels_per_invocation};
 use cvr_core::volume::{Axis, Extent, VolumeLayout};
 
 use crate::bindings::{Bound, Parts, Supplies};
-use crate::slabs::{SLAB_UNIFORM_BYTES, Slab, Slabs, WORKGROUP, slab_uniform};
+use crate::pipelines::Target;
+use crate::slabs::{Slab, Slabs, WORKGROUP, no_slab, slab_uniform};
 use crate::upload::SLAB_BYTES;
 use crate::{Device, EngineError, TextureChoice, VolumeTexture};
 
@@ -80,25 +81,23 @@ impl VolumeTexture {
         let most_bytes = (limits.storage_words * 4).min(SLAB_BYTES as u64);
         let width = layout.extent.x();
         let slabs = Slabs::new(layout.extent, form.format.bytes(), most_bytes)?;
-        let (uniform, texels) = device.guarded("preparing to load texels", || {
-            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let uniform = device.empty_buffer("slab", usage, SLAB_UNIFORM_BYTES)?;
+        let texels = device.guarded("preparing to load texels", || {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-            Ok((uniform, device.empty_buffer("texels", usage, slabs.most_bytes())?))
+            device.empty_buffer("texels", usage, slabs.most_bytes())
         })?;
         let supplies = Supplies {
-            slab: Some(&uniform),
-            output: Some(&texels),
+            inputs: &[no_slab()],
+            storage: &[("texels", &texels)],
             texture: Some(self),
             ..Supplies::default()
         };
-        let bound = Bound::new(device, &shader, &supplies, &mut Parts::new())?;
+        let bound = Bound::new(device, &shader, Target::Compute, &supplies, &mut Parts::new())?;
         let along = width.div_ceil(voxels_per_invocation(form.format, layout.channels) * WORKGROUP);
         let mut all = Vec::with_capacity(layout.samples_per_frame() as usize);
         for slab in slabs.iter() {
             let Slab { rows, slices, .. } = slab;
             device.guarded("loading texels", || {
-                device.queue().write_buffer(&uniform, 0, &slab_uniform(slab, slabs, form, width));
+                bound.write_uniform(device, "slab", &slab_uniform(slab, slabs, form, width));
                 let mut encoder =
                     device.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());

@@ -6,7 +6,8 @@ use cvr_core::volume::{FrameIndex, Level};
 
 use crate::bindings::{Bound, Parts, Supplies};
 use crate::frame_passes::{BoundPasses, scratch_buffers};
-use crate::slabs::{SLAB_UNIFORM_BYTES, Slab, Slabs, WORKGROUP, slab_uniform};
+use crate::pipelines::Target;
+use crate::slabs::{SLAB_UNIFORM_BYTES, Slab, Slabs, WORKGROUP, no_slab, slab_uniform};
 use crate::timestamps::{FrameTimestamps, timed};
 use crate::timing::FrameTime;
 use crate::upload::SLAB_BYTES;
@@ -24,7 +25,6 @@ pub struct FrameDecoder {
     texture: VolumeTexture,
     passes: BoundPasses,
     bound: Bound,
-    uniform: wgpu::Buffer,
     texels: wgpu::Buffer,
     slabs: Slabs,
     timestamps: Option<FrameTimestamps>,
@@ -52,29 +52,26 @@ impl FrameDecoder {
         let texture = VolumeTexture::empty(device, layout, choice)?;
         let most_bytes = (limits.storage_words * 4).min(SLAB_BYTES as u64);
         let slabs = Slabs::new(layout.extent, texture.texel_bytes(), most_bytes)?;
-        let (uniform, texels) = device.guarded("preparing to decode a frame", || {
-            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let uniform = device.empty_buffer("slab", usage, SLAB_UNIFORM_BYTES)?;
+        let texels = device.guarded("preparing to decode a frame", || {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-            Ok((uniform, device.empty_buffer("texels", usage, slabs.most_bytes())?))
+            device.empty_buffer("texels", usage, slabs.most_bytes())
         })?;
         let scratch = scratch_buffers(device, &shaders)?;
         let supplies = Supplies {
-            slab: Some(&uniform),
-            output: Some(&texels),
+            inputs: &[no_slab()],
+            storage: &[("texels", &texels)],
             buffers: &shaders.resources,
             scratch: Some(&scratch),
             ..Supplies::default()
         };
         let mut parts = Parts::new();
         let passes = BoundPasses::new(device, &shaders.passes, &supplies, &mut parts)?;
-        let bound = Bound::new(device, &shaders.pack, &supplies, &mut parts)?;
+        let bound = Bound::new(device, &shaders.pack, Target::Compute, &supplies, &mut parts)?;
         Ok(Self {
             device: device.clone(),
             texture: texture.keeping(parts.into_values().collect()),
             passes,
             bound,
-            uniform,
             texels,
             slabs,
             timestamps: device.guarded("preparing timestamps", || FrameTimestamps::new(device))?,
@@ -106,7 +103,7 @@ impl FrameDecoder {
                 self.device.queue().submit([encoder.finish()]);
             }
             for (pass, slab) in (own..).zip(self.slabs.iter()) {
-                self.device.queue().write_buffer(&self.uniform, 0, &self.uniform_of(slab));
+                self.bound.write_uniform(&self.device, "slab", &self.uniform_of(slab));
                 let mut encoder = encoder();
                 self.bound.dispatch(&mut begin(&mut encoder, pass), self.workgroups(slab));
                 let source = wgpu::TexelCopyBufferInfo {

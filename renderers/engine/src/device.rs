@@ -6,6 +6,7 @@ use cvr_core::shader::BindingLimits;
 
 use crate::adapter::{NATIVE, adapters, all_adapters, choose};
 use crate::guard::Reports;
+use crate::pipelines::Pipelines;
 use crate::{Capabilities, DeviceChoice, DeviceInfo, EngineError, probes};
 
 /// An open device. Clones share it.
@@ -26,6 +27,7 @@ struct Open {
     capabilities: Capabilities,
     blends_single: OnceLock<bool>,
     reports: Arc<Reports>,
+    pipelines: Pipelines,
 }
 
 impl Device {
@@ -73,8 +75,15 @@ impl Device {
             .map_err(|e| EngineError::Gpu(format!("opening {info}: {e}")))?;
         let reports = Reports::of(&device);
         let capabilities = Capabilities::of(&device);
-        let claimed =
-            Self::of(Open { device, queue, info, capabilities, blends_single: OnceLock::new(), reports });
+        let claimed = Self::of(Open {
+            device,
+            queue,
+            info,
+            capabilities,
+            blends_single: OnceLock::new(),
+            reports,
+            pipelines: Pipelines::default(),
+        });
         let capabilities = probes::of(&claimed);
         Ok(claimed.with_capabilities(capabilities))
     }
@@ -94,6 +103,7 @@ impl Device {
             capabilities,
             blends_single: OnceLock::new(),
             reports: Arc::clone(reports),
+            pipelines: Pipelines::default(),
         };
         Self { open: Arc::new(open), limits: self.limits }
     }
@@ -156,6 +166,10 @@ impl Device {
 
     pub(crate) fn queue(&self) -> &wgpu::Queue {
         &self.open.queue
+    }
+
+    pub(crate) fn pipelines(&self) -> &Pipelines {
+        &self.open.pipelines
     }
 
     pub(crate) fn reports(&self) -> &Reports {

@@ -1,26 +1,30 @@
 //! A plan made runnable.
 
-mod canvas;
 mod check;
 mod rays;
 
 pub use rays::RayPieces;
 
-pub(crate) use canvas::Canvas;
-use check::Check;
-use cvr_core::render::{Blending, Filter, Image, LayerPass, Pass, Plan};
-use cvr_core::shader::{BindingKind, TextureSampling};
-use rays::{InPieces, RayWalk};
+use std::sync::Arc;
 
-use crate::bindings::{Bound, Parts, Supplies};
+use check::Check;
+use cvr_core::render::{Blending, Filter, Image, Pass, Pipeline, Plan, Stage};
+use cvr_core::shader::{BindingKind, GeneratedShader, TextureSampling};
+use rays::{FollowedRays, InPieces};
+
+use crate::bindings::{Bound, Parts, Supplies, check_workgroups};
+use crate::canvas::Canvas;
 use crate::layers::{BoundLayers, LayerRing};
+use crate::pipelines::Target;
 use crate::raster::{BoundRaster, blend, target_format};
+use crate::source::Voxels;
 use crate::timestamps::{FrameTimestamps, timed};
 use crate::timing::FrameTime;
 use crate::{Device, DrawSource, EngineError, TextureFallback};
 
 /// A picture that can be drawn any number of times. Everything it reads is resident, so that a frame is its
-/// passes and nothing else.
+/// passes and nothing else. Another view of the same volume needs other inputs and no other drawing
+/// ([`Drawing::set_inputs`]).
 ///
 /// One thread draws at a time: frames of one drawing that run beside each other fail or time each other.
 #[derive(Debug)]
@@ -28,11 +32,11 @@ pub struct Drawing {
     device: Device,
     size: [u32; 2],
     canvas: Canvas,
+    pipelines: Vec<Pipeline>,
     passes: Vec<Runnable>,
-    rays: Option<RayWalk>,
+    rays: Option<FollowedRays>,
     check: Option<Check>,
     ring: Option<LayerRing>,
-    blending: Option<Blending>,
     timestamps: Option<FrameTimestamps>,
     resident_bytes: u64,
     filtering: TextureSampling,
@@ -48,10 +52,71 @@ enum Runnable {
     Layers(BoundLayers, wgpu::TextureView),
 }
 
+impl Runnable {
+    fn new(
+        device: &Device,
+        (pass, size): (&Pass, [u32; 2]),
+        (voxels, filter): (&Voxels<'_>, Filter),
+        canvas: &Canvas,
+        parts: &mut Parts,
+    ) -> Result<(Self, Arc<GeneratedShader>), EngineError> {
+        let Pass { pipeline, inputs } = pass;
+        let shader = voxels.shader(device, &pipeline.program(), Some(filter))?;
+        let supplies = Supplies {
+            inputs: &inputs.contents,
+            buffers: &voxels.buffers,
+            texture: voxels.texture,
+            ..Supplies::default()
+        };
+        let runnable = match (pipeline.proxies(), canvas) {
+            (None, Canvas::Buffer(image)) => {
+                let workgroups = workgroups(device, pass, size)?;
+                let supplies = Supplies { storage: &[("image", image)], ..supplies };
+                Self::Compute(Bound::new(device, &shader, Target::Compute, &supplies, parts)?, workgroups)
+            }
+            (Some(proxies), Canvas::Target(texture)) => {
+                let (triangles, format) = ((proxies, &inputs.vertices[..]), texture.format());
+                let bound = BoundRaster::new(device, triangles, &shader, format, &supplies, parts)?;
+                let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+                match pipeline.layers() {
+                    Some(_) => Self::Layers(BoundLayers::new(bound, &inputs.steps), view),
+                    None => Self::Raster(bound, view),
+                }
+            }
+            _ => {
+                let text = "passes of one picture either compute or blend, and this plan mixes them";
+                return Err(EngineError::Unsupported(text.to_owned()));
+            }
+        };
+        Ok((runnable, shader))
+    }
+
+    fn set_inputs(&mut self, device: &Device, pass: &Pass, size: [u32; 2]) -> Result<(), EngineError> {
+        match self {
+            Self::Compute(bound, of_frame) => {
+                *of_frame = workgroups(device, pass, size)?;
+                bound.set_inputs(device, &pass.inputs.contents)
+            }
+            Self::Raster(bound, _) => bound.set_inputs(device, &pass.inputs),
+            Self::Layers(bound, _) => bound.set_inputs(device, &pass.inputs),
+        }
+    }
+}
+
+/// Workgroups of a pass that computes.
+fn workgroups(device: &Device, pass: &Pass, size: [u32; 2]) -> Result<[u32; 3], EngineError> {
+    let workgroups = match pass.pipeline.stage {
+        Stage::Rays(_) => rays::workgroups(size),
+        Stage::Compute { .. } | Stage::Triangles(_) | Stage::Layers { .. } => pass.inputs.workgroups,
+    };
+    check_workgroups(device, "a pass", workgroups)?;
+    Ok(workgroups)
+}
+
 impl Drawing {
-    /// Generates and compiles the shaders of `plan`, and uploads what they read. For a source *inline* or *ring* that is
-    /// the codec's buffers, for buffers these; a texture is shared. A plan that draws layer by layer goes with a source *ring*, and with no
-    /// other.
+    /// Generates and compiles the shaders of `plan`, or takes those that the device has kept, and uploads what they read. For
+    /// a source *inline* or *ring* that is the codec's buffers, for buffers these; a texture is shared. A plan that draws
+    /// layer by layer goes with a source *ring*, and with no other.
     ///
     /// # Errors
     /// [`EngineError::Shader`] when the generator refuses the shader, [`EngineError::TooLarge`] when picture
@@ -82,43 +147,15 @@ impl Drawing {
         let mut texts: Vec<String> = ring.iter().map(|ring| ring.wgsl().to_owned()).collect();
         let mut filtering = TextureSampling::Manual;
         for pass in &plan.passes {
-            let template = (pass.templates(), pass.entry(), &pass.bindings()[..]);
-            let shader = voxels.shader(template, Some(filter), device.binding_limits())?;
+            let (runnable, shader) =
+                Runnable::new(device, (pass, plan.size), (&voxels, filter), &canvas, &mut parts)?;
             let sampler =
                 |kind: &BindingKind| matches!(kind, BindingKind::VolumeSampler | BindingKind::RingSampler);
             if shader.bindings.iter().any(|binding| sampler(&binding.kind)) {
                 filtering = TextureSampling::Hardware;
             }
-            let mut supplies = Supplies {
-                inputs: pass.inputs(),
-                buffers: &voxels.buffers,
-                texture: voxels.texture,
-                ..Supplies::default()
-            };
-            passes.push(match (pass, &canvas) {
-                (Pass::Compute(pass), Canvas::Buffer(image)) => {
-                    check_workgroups(device, "a pass", pass.workgroups)?;
-                    supplies.output = Some(image);
-                    let bound = Bound::new(device, &shader, &supplies, &mut parts)?;
-                    Runnable::Compute(bound, pass.workgroups)
-                }
-                (Pass::Raster(pass), Canvas::Target(texture)) => {
-                    let format = texture.format();
-                    let bound = BoundRaster::new(device, pass, &shader, format, &supplies, &mut parts)?;
-                    Runnable::Raster(bound, texture.create_view(&wgpu::TextureViewDescriptor::default()))
-                }
-                (Pass::Layers(pass), Canvas::Target(texture)) => {
-                    let (raster, format) = (&pass.raster, texture.format());
-                    let bound = BoundRaster::new(device, raster, &shader, format, &supplies, &mut parts)?;
-                    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-                    Runnable::Layers(BoundLayers::new(bound, pass), view)
-                }
-                _ => {
-                    let text = "passes of one picture either compute or blend, and this plan mixes them";
-                    return Err(EngineError::Unsupported(text.to_owned()));
-                }
-            });
-            texts.push(shader.wgsl);
+            passes.push(runnable);
+            texts.push(shader.wgsl.clone());
         }
         if passes.is_empty() {
             return Err(EngineError::Unsupported("the plan has no passes".to_owned()));
@@ -127,23 +164,23 @@ impl Drawing {
         let texture_bytes = voxels.texture.map_or(0, crate::VolumeTexture::resident_bytes);
         let fallback = voxels.texture.and_then(|texture| texture.choice().fallback);
         let check = match (&plan.passes[..], &canvas, source) {
-            ([Pass::Raster(pass)], Canvas::Target(texture), DrawSource::Inline { .. }) => {
+            ([pass], Canvas::Target(texture), DrawSource::Inline { .. }) => {
                 Check::new(device, pass, &voxels, filter, (texture, &mut parts))?
             }
             _ => None,
         };
         let rays = match (&plan.passes[..], &canvas) {
-            ([Pass::Compute(pass)], Canvas::Buffer(image)) => {
-                RayWalk::new(device, pass, (&voxels, source), filter, (image, parts))
+            ([pass], Canvas::Buffer(image)) => {
+                FollowedRays::new(device, (pass, plan.size), (&voxels, source), filter, (image, parts))
             }
             _ => None,
         };
         Ok(Self {
             device: device.clone(),
             size: plan.size,
+            pipelines: plan.passes.iter().map(|pass| pass.pipeline.clone()).collect(),
             rays,
             check,
-            blending: canvas.blending(),
             canvas,
             passes,
             timestamps: device.guarded("preparing timestamps", || FrameTimestamps::new(device))?,
@@ -153,6 +190,35 @@ impl Drawing {
             ring,
             wgsl: texts.join("\n// ---- next pass ----\n"),
         })
+    }
+
+    /// Whether a plan differs from this drawing's in inputs alone.
+    #[must_use]
+    pub fn takes(&self, plan: &Plan) -> bool {
+        let pipelines = plan.passes.iter().map(|pass| &pass.pipeline);
+        self.size == plan.size && self.pipelines.iter().eq(pipelines)
+    }
+
+    /// Draws another view from now on: uploads the inputs of `plan`, and compiles nothing.
+    ///
+    /// # Errors
+    /// [`EngineError::Unsupported`] when the plan has another pipeline or size than the drawing ([`Drawing::takes`]);
+    /// what the driver refuses.
+    pub fn set_inputs(&mut self, plan: &Plan) -> Result<(), EngineError> {
+        if !self.takes(plan) {
+            let text = "the plan has another pipeline or size than the drawing: it takes a drawing of its own";
+            return Err(EngineError::Unsupported(text.to_owned()));
+        }
+        for (runnable, pass) in self.passes.iter_mut().zip(&plan.passes) {
+            runnable.set_inputs(&self.device, pass, plan.size)?;
+            if let Some(rays) = &mut self.rays {
+                rays.set_inputs(&pass.inputs.contents);
+            }
+            if let Some(check) = &mut self.check {
+                check.set_inputs(&self.device, &pass.inputs)?;
+            }
+        }
+        Ok(())
     }
 
     /// The same drawing with its rays in pieces of at most this many samples, or as many fewer as the device needs, whether
@@ -198,6 +264,18 @@ impl Drawing {
         }
     }
 
+    /// Draws a frame that is not timed, and waits for it. What is blended and has not been looked at is drawn once and not
+    /// twice: the frame that is looked at is this one.
+    ///
+    /// # Errors
+    /// As [`Drawing::draw_timed`].
+    pub fn draw(&self) -> Result<(), EngineError> {
+        match &self.check {
+            Some(check) if !check.passed() => check.pass(&self.device, &self.canvas),
+            _ => self.draw_timed().map(drop),
+        }
+    }
+
     /// Draws one frame, its rays at once or in pieces, and waits for it.
     fn frame(&self, pieces: Option<&InPieces>) -> Result<FrameTime, EngineError> {
         timed(&self.device, "drawing", self.timestamps.as_ref(), || {
@@ -224,7 +302,7 @@ impl Drawing {
     /// # Errors
     /// What the driver refuses; a lost device. [`EngineError::CutOff`] when the device did not follow all rays.
     pub fn read_image(&self) -> Result<Image, EngineError> {
-        if let Some(Some(pieces)) = self.rays.as_ref().map(RayWalk::in_pieces) {
+        if let Some(Some(pieces)) = self.rays.as_ref().map(FollowedRays::in_pieces) {
             pieces.check(&self.device)?;
         }
         self.canvas.read(&self.device, self.size)
@@ -291,8 +369,8 @@ impl Drawing {
     /// Precision of blended sums; `None` where nothing is blended. It is half where the device cannot blend what the
     /// plan asks for.
     #[must_use]
-    pub const fn blending(&self) -> Option<Blending> {
-        self.blending
+    pub fn blending(&self) -> Option<Blending> {
+        self.canvas.blending()
     }
 
     /// The generated shaders, in the order of their passes.
@@ -304,11 +382,12 @@ impl Drawing {
 
 /// The ring that a plan draws from, if it draws layer by layer.
 fn ring_of(device: &Device, plan: &Plan, source: &DrawSource<'_>) -> Result<Option<LayerRing>, EngineError> {
-    match (&plan.passes[..], source) {
-        ([Pass::Layers(pass)], DrawSource::Ring { codec, decoder, frame, level }) => {
-            LayerRing::new(device, (codec, *decoder), (*frame, *level), pass.axis).map(Some)
+    let axes: Vec<_> = plan.passes.iter().map(|pass| pass.pipeline.layers()).collect();
+    match (&axes[..], source) {
+        ([Some(axis)], DrawSource::Ring { codec, decoder, frame, level }) => {
+            LayerRing::new(device, (codec, *decoder), (*frame, *level), *axis).map(Some)
         }
-        (passes, _) if passes.iter().any(|pass| matches!(pass, Pass::Layers(_))) => {
+        (axes, _) if axes.iter().any(Option::is_some) => {
             let text = "a pass that draws layer by layer is the only one of its plan, and draws from a ring of layers";
             Err(EngineError::Unsupported(text.to_owned()))
         }
@@ -318,22 +397,10 @@ fn ring_of(device: &Device, plan: &Plan, source: &DrawSource<'_>) -> Result<Opti
 
 /// What the passes of a plan draw into.
 fn canvas_of(device: &Device, plan: &Plan) -> Result<Canvas, EngineError> {
-    match plan.passes.last() {
-        Some(Pass::Raster(pass) | Pass::Layers(LayerPass { raster: pass, .. })) => {
-            Canvas::target(device, plan.size, target_format(device, pass.blending))
-        }
-        _ => Canvas::buffer(device, plan.size),
+    match plan.passes.last().and_then(|pass| pass.pipeline.proxies()) {
+        Some(proxies) => Canvas::target(device, plan.size, target_format(device, proxies.blending)),
+        None => Canvas::buffer(device, plan.size),
     }
-}
-
-pub(crate) fn check_workgroups(device: &Device, what: &str, workgroups: [u32; 3]) -> Result<(), EngineError> {
-    let most = workgroups.into_iter().max().unwrap_or(0);
-    let limit = device.capabilities().workgroups_per_axis;
-    if most > limit {
-        let (what, requested, limit) = (what.to_owned(), u64::from(most), u64::from(limit));
-        return Err(EngineError::TooLarge { what, requested, limit, unit: "workgroups along one axis" });
-    }
-    Ok(())
 }
 
 #[cfg(test)]

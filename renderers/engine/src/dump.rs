@@ -1,12 +1,12 @@
 //! Every voxel of a frame, through a shader: what parity tests compare.
 
 use cvr_core::codec::{Decoder, VoxelDump};
-use cvr_core::render::Template;
-use cvr_core::shader::{BindingKind, BindingLimits, GeneratedShader, ShaderError};
+use cvr_core::render::{Contents, Template};
+use cvr_core::shader::{GeneratedShader, Program};
 use cvr_core::volume::{Extent, FrameIndex, Level};
 
 use crate::bindings::{Bound, Parts, Supplies};
-use crate::source::Voxels;
+use crate::pipelines::Target;
 use crate::{Device, DrawSource, EngineError, VolumeTexture};
 
 /// Invocations of one workgroup of a dump template, along x.
@@ -46,7 +46,7 @@ impl Device {
     /// [`EngineError::TooLarge`] when the frame has more voxels than 32 bits count, else as [`crate::Drawing::new`].
     pub fn dump_source(&self, source: &DrawSource<'_>, template: Template) -> Result<Vec<f32>, EngineError> {
         let voxels = source.voxels()?;
-        let shader = dump_shader(&voxels, template, self.binding_limits())?;
+        let shader = voxels.shader(self, &Program::dump(template), None)?;
         let supplies = Supplies { buffers: &voxels.buffers, texture: voxels.texture, ..Supplies::default() };
         self.run_dump(&shader, supplies, voxels.layout.extent, voxels.layout.channels)
     }
@@ -79,20 +79,19 @@ impl Device {
         }
         let voxel_bytes = 4 * u64::from(channels);
         let piece = (most_bytes / voxel_bytes).clamp(1, voxels);
-        let (output, range) = self.guarded("making a dump", || {
+        let output = self.guarded("making a dump", || {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-            let output = self.empty_buffer("dump", usage, piece * voxel_bytes)?;
-            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            Ok((output, self.empty_buffer("dumped", usage, 16)?))
+            self.empty_buffer("dump", usage, piece * voxel_bytes)
         })?;
-        let supplies = Supplies { output: Some(&output), dumped: Some(&range), ..supplies };
-        let bound = Bound::new(self, shader, &supplies, &mut Parts::new())?;
+        let range = |first: u64, end: u64| bytemuck::cast_slice(&[first as u32, end as u32]).to_vec();
+        let inputs = [Contents { name: "dumped", bytes: range(0, 0) }];
+        let supplies = Supplies { inputs: &inputs, storage: &[("dump_values", &output)], ..supplies };
+        let bound = Bound::new(self, shader, Target::Compute, &supplies, &mut Parts::new())?;
         let mut values = Vec::with_capacity((voxels * u64::from(channels)) as usize);
         for first in (0..voxels).step_by(piece as usize) {
             let end = voxels.min(first + piece);
             self.guarded("dumping voxels", || {
-                let words = [first as u32, end as u32, 0, 0];
-                self.queue().write_buffer(&range, 0, bytemuck::bytes_of(&words));
+                bound.write_uniform(self, "dumped", &range(first, end));
                 let mut encoder =
                     self.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -105,15 +104,6 @@ impl Device {
         }
         Ok(values)
     }
-}
-
-/// The shader that fetches voxels by `template`.
-fn dump_shader(
-    voxels: &Voxels<'_>,
-    template: Template,
-    limits: BindingLimits,
-) -> Result<GeneratedShader, ShaderError> {
-    voxels.shader((&[template], "dump", &BindingKind::DUMP), None, limits)
 }
 
 /// Workgroups for this many invocations: along x as far as every device allows, then along y.

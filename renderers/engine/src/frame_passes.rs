@@ -2,8 +2,8 @@
 
 use cvr_core::shader::{BindingKind, DeferredShaders, PassShader};
 
-use crate::bindings::{Bound, Parts, Supplies};
-use crate::drawing::check_workgroups;
+use crate::bindings::{Bound, Parts, Supplies, check_workgroups};
+use crate::pipelines::Target;
 use crate::{Device, EngineError};
 
 /// Passes that can be dispatched any number of times; the scratch buffers live as long as this does.
@@ -40,7 +40,7 @@ impl BoundPasses {
     ) -> Result<Self, EngineError> {
         let bind = |PassShader { shader, workgroups }: &PassShader| {
             check_workgroups(device, &format!("pass `{}`", shader.entry), *workgroups)?;
-            Ok((Bound::new(device, shader, supplies, parts)?, *workgroups))
+            Ok((Bound::new(device, shader, Target::Compute, supplies, parts)?, *workgroups))
         };
         let passes = passes.iter().map(bind).collect::<Result<_, EngineError>>()?;
         let scratch_bytes = supplies.scratch.map_or(0, |all| all.values().map(wgpu::Buffer::size).sum());

@@ -1,14 +1,14 @@
 //! The site *ring*: in every frame the device decodes layers of voxels into a ring of four, and draws slices from them.
 
 use cvr_core::codec::Decoder;
-use cvr_core::render::{LayerPass, LayerStep, RING_LAYERS};
+use cvr_core::render::{Inputs, LayerStep, RING_LAYERS};
 use cvr_core::shader::{DeferredShaders, Source, voxels_per_invocation};
 use cvr_core::volume::{Axis, Extent, FrameIndex, Level, VolumeLayout};
 
-use crate::bindings::{Bound, Parts, Supplies};
-use crate::drawing::check_workgroups;
+use crate::bindings::{Bound, Parts, Supplies, check_workgroups};
+use crate::pipelines::Target;
 use crate::raster::{BoundRaster, blend};
-use crate::slabs::{SLAB_UNIFORM_BYTES, Slab, Slabs, WORKGROUP, slab_uniform};
+use crate::slabs::{SLAB_UNIFORM_BYTES, Slab, Slabs, WORKGROUP, no_slab, slab_uniform};
 use crate::source::Voxels;
 use crate::texels::texture_channels;
 use crate::timestamps::FrameTimestamps;
@@ -25,9 +25,8 @@ pub(crate) struct LayerRing {
     ring: VolumeTexture,
     decode: Bound,
     workgroups: [u32; 3],
-    /// The uniform of every layer, one after another, and the one that the pass reads.
+    /// The uniform of every layer, one after another.
     uniforms: wgpu::Buffer,
-    uniform: wgpu::Buffer,
     texels: wgpu::Buffer,
     slabs: Slabs,
     /// Bytes of the codec's buffers.
@@ -67,21 +66,19 @@ impl LayerRing {
         check_workgroups(device, "decoding a layer", workgroups)?;
         let of_layer = |first_slice| slab_uniform(Slab { first_slice, ..slab }, slabs, choice.form, width);
         let table: Vec<u8> = (0..layers).flat_map(of_layer).collect();
-        let (uniforms, uniform, texels) = device.guarded("preparing to decode layers", || {
+        let (uniforms, texels) = device.guarded("preparing to decode layers", || {
             let uniforms = device.filled_buffer("slabs", wgpu::BufferUsages::COPY_SRC, &table)?;
-            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let uniform = device.empty_buffer("slab", usage, SLAB_UNIFORM_BYTES)?;
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-            Ok((uniforms, uniform, device.empty_buffer("texels", usage, slabs.bytes(slab))?))
+            Ok((uniforms, device.empty_buffer("texels", usage, slabs.bytes(slab))?))
         })?;
         let supplies = Supplies {
-            slab: Some(&uniform),
-            output: Some(&texels),
+            inputs: &[no_slab()],
+            storage: &[("texels", &texels)],
             buffers: &shaders.resources,
             ..Supplies::default()
         };
         let mut parts = Parts::new();
-        let decode = Bound::new(device, &shaders.pack, &supplies, &mut parts)?;
+        let decode = Bound::new(device, &shaders.pack, Target::Compute, &supplies, &mut parts)?;
         Ok(Self {
             device: device.clone(),
             layout,
@@ -90,7 +87,6 @@ impl LayerRing {
             decode,
             workgroups,
             uniforms,
-            uniform,
             texels,
             slabs,
             stream_bytes: parts.values().map(wgpu::Buffer::size).sum(),
@@ -123,8 +119,11 @@ impl LayerRing {
 
     /// Records that a layer is decoded into the buffer.
     fn decode(&self, encoder: &mut wgpu::CommandEncoder, layer: u32) {
-        let at = u64::from(layer) * SLAB_UNIFORM_BYTES;
-        encoder.copy_buffer_to_buffer(&self.uniforms, at, &self.uniform, 0, SLAB_UNIFORM_BYTES);
+        // The slab is the only uniform of the pass.
+        if let Some(uniform) = self.decode.uniforms() {
+            let at = u64::from(layer) * SLAB_UNIFORM_BYTES;
+            encoder.copy_buffer_to_buffer(&self.uniforms, at, uniform, 0, SLAB_UNIFORM_BYTES);
+        }
         let descriptor = wgpu::ComputePassDescriptor { label: Some("decode"), timestamp_writes: None };
         self.decode.dispatch(&mut encoder.begin_compute_pass(&descriptor), self.workgroups);
     }
@@ -173,20 +172,30 @@ fn extent(size: [u32; 3]) -> Result<Extent, EngineError> {
     Extent::try_from(size).map_err(|e| EngineError::Unsupported(format!("a ring of layers: {e}")))
 }
 
+/// Clearing the picture, and every piece that is drawn.
+fn passes_of(steps: &[LayerStep]) -> usize {
+    steps.iter().filter(|step| matches!(step, LayerStep::Draw { .. })).count() + 1
+}
+
 /// A pass that draws layer by layer, made runnable.
 #[derive(Debug)]
 pub(crate) struct BoundLayers {
     raster: BoundRaster,
     steps: Vec<LayerStep>,
-    /// Clearing the picture, and every piece that is drawn.
     passes: usize,
 }
 
 impl BoundLayers {
-    pub(crate) fn new(raster: BoundRaster, pass: &LayerPass) -> Self {
-        let steps = pass.steps.clone();
-        let draws = steps.iter().filter(|step| matches!(step, LayerStep::Draw { .. })).count();
-        Self { raster, steps, passes: draws + 1 }
+    pub(crate) fn new(raster: BoundRaster, steps: &[LayerStep]) -> Self {
+        Self { raster, steps: steps.to_vec(), passes: passes_of(steps) }
+    }
+
+    /// Takes other contents, triangles and steps.
+    pub(crate) fn set_inputs(&mut self, device: &Device, inputs: &Inputs) -> Result<(), EngineError> {
+        self.raster.set_inputs(device, inputs)?;
+        self.steps.clone_from(&inputs.steps);
+        self.passes = passes_of(&inputs.steps);
+        Ok(())
     }
 
     /// Records the whole pass into a picture that it clears first. What is decoded lies between its timestamps.

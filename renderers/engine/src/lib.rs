@@ -1,12 +1,13 @@
 //! The only crate that names wgpu: devices, resources, execution, read-back, timing.
 //!
 //! A [`Device`] is opened once and shared. A [`Drawing`] is a [`cvr_core::render::Plan`] made runnable: shader
-//! generated, pipeline built, voxels resident. Whatever the driver refuses comes back as an [`EngineError`] of
+//! generated, pipeline built, voxels resident. A device keeps its pipelines: what asks for one again compiles nothing. Whatever the driver refuses comes back as an [`EngineError`] of
 //! the call that caused it; nothing here panics or aborts because of a device.
 
 mod adapter;
 mod bindings;
 mod block_texture;
+mod canvas;
 mod capabilities;
 mod cpu_time;
 mod decoding;
@@ -17,6 +18,7 @@ mod error;
 mod frame_passes;
 mod guard;
 mod layers;
+mod pipelines;
 mod probes;
 mod raster;
 mod readback;

@@ -7,7 +7,7 @@ use cvr_core::codec::{BlockFormat, BlockTexture, DecodedForm};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{Extent, SampleType, ValueRange, VolumeLayout};
 
-use crate::drawing::Canvas;
+use crate::canvas::Canvas;
 use crate::raster::blend;
 use crate::slabs::Slabs;
 use crate::{BlockFallback, Capabilities, Device, EngineError, TextureChoice, VolumeTexture};

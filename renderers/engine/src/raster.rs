@@ -2,18 +2,19 @@
 
 use std::ops::Range;
 
-use cvr_core::render::{Blending, ProxyVertex, RasterPass};
+use cvr_core::render::{Blending, Inputs, Proxies, ProxyVertex};
 use cvr_core::shader::GeneratedShader;
 
-use crate::bindings::{Bindings, Parts, Supplies};
+use crate::bindings::{Bound, Parts, Supplies};
+use crate::pipelines::Target;
 use crate::{Device, EngineError};
 
 /// A render pipeline, what is bound to it, and the triangles that it draws.
 #[derive(Debug)]
 pub(crate) struct BoundRaster {
-    pipeline: wgpu::RenderPipeline,
-    groups: Vec<(u32, wgpu::BindGroup)>,
-    vertices: Option<(wgpu::Buffer, u32)>,
+    bound: Bound,
+    corners: Option<wgpu::Buffer>,
+    count: u32,
 }
 
 /// The format in which a device blends sums of this precision.
@@ -25,45 +26,60 @@ pub(crate) fn target_format(device: &Device, blending: Blending) -> wgpu::Textur
 }
 
 impl BoundRaster {
-    /// Compiles `shader`, which holds both entry points, uploads what it reads and draws, and binds everything.
+    /// The pipeline of `shader`, which holds both entry points, what it reads and draws, and everything bound.
     pub(crate) fn new(
         device: &Device,
-        pass: &RasterPass,
+        (proxies, vertices): (Proxies, &[ProxyVertex]),
         shader: &GeneratedShader,
         format: wgpu::TextureFormat,
         supplies: &Supplies<'_>,
         parts: &mut Parts,
     ) -> Result<Self, EngineError> {
-        let bindings = Bindings::new(device, shader, wgpu::ShaderStages::FRAGMENT, supplies, parts)?;
-        let pipeline =
-            device.guarded("building a pipeline", || Ok(pipeline(device, pass, &bindings, format)))?;
-        let vertices = device.guarded("uploading triangles", || {
-            let bytes: &[u8] = bytemuck::cast_slice(&pass.vertices);
-            let upload = || device.filled_buffer("proxies", wgpu::BufferUsages::VERTEX, bytes);
-            (!bytes.is_empty()).then(upload).transpose()
-        })?;
-        let count = u32::try_from(pass.vertices.len()).map_err(|_| EngineError::TooLarge {
+        let target = Target::Blend { vertex: proxies.vertex, format };
+        let bound = Bound::new(device, shader, target, supplies, parts)?;
+        let mut raster = Self { bound, corners: None, count: 0 };
+        raster.set_vertices(device, vertices)?;
+        Ok(raster)
+    }
+
+    /// Takes other contents and triangles.
+    pub(crate) fn set_inputs(&mut self, device: &Device, inputs: &Inputs) -> Result<(), EngineError> {
+        self.bound.set_inputs(device, &inputs.contents)?;
+        self.set_vertices(device, &inputs.vertices)
+    }
+
+    fn set_vertices(&mut self, device: &Device, vertices: &[ProxyVertex]) -> Result<(), EngineError> {
+        self.count = u32::try_from(vertices.len()).map_err(|_| EngineError::TooLarge {
             what: "proxy geometry".to_owned(),
-            requested: pass.vertices.len() as u64,
+            requested: vertices.len() as u64,
             limit: u64::from(u32::MAX),
             unit: "vertices",
         })?;
-        Ok(Self { pipeline, groups: bindings.groups, vertices: vertices.map(|buffer| (buffer, count)) })
+        let bytes: &[u8] = bytemuck::cast_slice(vertices);
+        device.guarded("uploading triangles", || {
+            match &self.corners {
+                _ if bytes.is_empty() => {}
+                Some(buffer) if buffer.size() >= bytes.len() as u64 => {
+                    device.queue().write_buffer(buffer, 0, bytes);
+                }
+                _ => {
+                    let buffer = device.filled_buffer("proxies", wgpu::BufferUsages::VERTEX, bytes)?;
+                    self.corners = Some(buffer);
+                }
+            }
+            Ok(())
+        })
     }
 
     /// Records all triangles.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
-        let count = self.vertices.as_ref().map_or(0, |(_, count)| *count);
-        self.draw_instance(pass, 0..count, 0);
+        self.draw_instance(pass, 0..self.count, 0);
     }
 
     /// Records some of the triangles, as this instance.
     pub(crate) fn draw_instance(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Range<u32>, instance: u32) {
-        let Some((buffer, _)) = &self.vertices else { return };
-        pass.set_pipeline(&self.pipeline);
-        for (group, bound) in &self.groups {
-            pass.set_bind_group(*group, bound, &[]);
-        }
+        let Some(buffer) = self.corners.as_ref().filter(|_| self.count > 0) else { return };
+        self.bound.set(pass);
         pass.set_vertex_buffer(0, buffer.slice(..));
         pass.draw(vertices, instance..instance + 1);
     }
@@ -90,46 +106,5 @@ pub(crate) fn blend<'e>(
         timestamp_writes,
         occlusion_query_set: None,
         multiview_mask: None,
-    })
-}
-
-fn pipeline(
-    device: &Device,
-    pass: &RasterPass,
-    bindings: &Bindings,
-    format: wgpu::TextureFormat,
-) -> wgpu::RenderPipeline {
-    let attributes = wgpu::vertex_attr_array![0 => Float32x2, 1 => Uint32];
-    let vertices = wgpu::VertexBufferLayout {
-        array_stride: size_of::<ProxyVertex>() as u64,
-        step_mode: wgpu::VertexStepMode::Vertex,
-        attributes: &attributes,
-    };
-    let target = wgpu::ColorTargetState {
-        format,
-        blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-        write_mask: wgpu::ColorWrites::ALL,
-    };
-    device.wgpu().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(pass.fragment),
-        layout: Some(&bindings.layout),
-        vertex: wgpu::VertexState {
-            module: &bindings.module,
-            entry_point: Some(pass.vertex),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[Some(vertices)],
-        },
-        fragment: Some(wgpu::FragmentState {
-            module: &bindings.module,
-            entry_point: Some(pass.fragment),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(target)],
-        }),
-        // Proxies are seen from either side.
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        multiview_mask: None,
-        cache: None,
     })
 }

@@ -1,6 +1,7 @@
 //! A texture in pieces that fit a buffer: whole slices, or rows of one slice where a slice is too large.
 
 use cvr_core::codec::{DecodedForm, TexelFormat};
+use cvr_core::render::Contents;
 use cvr_core::volume::Extent;
 
 use crate::EngineError;
@@ -91,6 +92,11 @@ impl Slabs {
     pub(crate) const fn size(self, slab: Slab) -> wgpu::Extent3d {
         wgpu::Extent3d { width: self.extent.x(), height: slab.rows, depth_or_array_layers: slab.slices }
     }
+}
+
+/// The uniform `slab` before a slab is named.
+pub(crate) fn no_slab() -> Contents {
+    Contents { name: "slab", bytes: vec![0; SLAB_UNIFORM_BYTES as usize] }
 }
 
 /// The struct `Slab` of shaders/deferred/decode.wgsl, for rows of this many voxels.

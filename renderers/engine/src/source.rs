@@ -6,12 +6,11 @@ use std::sync::Arc;
 use cvr_core::codec::{Constant, Decoder, Resource};
 use cvr_core::render::{Filter, Template};
 use cvr_core::shader::{
-    BindingKind, BindingLimits, GeneratedShader, Request, ResourceSize, ShaderError, Source, generate,
-    snippet_resources,
+    GeneratedShader, Program, Request, ResourceSize, ShaderError, Source, snippet_resources,
 };
 use cvr_core::volume::{FrameIndex, Level, VolumeLayout};
 
-use crate::{EngineError, VolumeTexture};
+use crate::{Device, EngineError, VolumeTexture};
 
 /// Where voxels come from.
 #[derive(Clone, Debug)]
@@ -27,7 +26,7 @@ pub enum DrawSource<'a> {
         /// Resolution and stages.
         level: Level,
     },
-    /// Decoded layer by layer in every frame, for plans that draw so ([`cvr_core::render::LayerPass`]).
+    /// Decoded layer by layer in every frame, for plans that draw so ([`cvr_core::render::Stage::Layers`]).
     Ring {
         /// Codec id.
         codec: &'a str,
@@ -82,15 +81,15 @@ pub(crate) struct Voxels<'a> {
 }
 
 impl Voxels<'_> {
-    /// The shader of a template that fetches these voxels, with its own bindings and through a filter if it asks for one.
+    /// The shader of a program that fetches these voxels, through a filter if it asks for one.
     pub(crate) fn shader(
         &self,
-        (templates, entry, bindings): (&[Template], &str, &[BindingKind]),
+        device: &Device,
+        program: &Program,
         filter: Option<Filter>,
-        limits: BindingLimits,
-    ) -> Result<GeneratedShader, ShaderError> {
-        let (layout, source) = (&self.layout, self.source.clone());
-        generate(&Request { templates, entry, bindings, layout, source, filter, limits })
+    ) -> Result<Arc<GeneratedShader>, ShaderError> {
+        let (layout, source, limits) = (&self.layout, self.source.clone(), device.binding_limits());
+        device.shader(&Request { program, layout, source, filter, limits })
     }
 }
 

@@ -8,11 +8,11 @@
 use std::ops::Range;
 
 use cvr_core::render::{
-    LayerPass, LayerStep, Macrocells, Pass, Plan, ProxyVertex, RING_LAYERS, RenderError, View,
+    LayerStep, Macrocells, Plan, ProxyVertex, RING_LAYERS, RenderError, Stage, View,
 };
 use cvr_core::volume::{Axis, VolumeLayout};
-use cvr_shaders as shaders;
 
+use crate::modules::SLICES_BY_LAYERS;
 use crate::plan::slices;
 use crate::slabs::Slabs;
 use crate::{Geometry, Slicing};
@@ -29,10 +29,15 @@ pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Pla
                 .to_owned(),
         ));
     }
-    let (slabs, raster) = slices(slicing, view, layout, shaders::SLICES_BY_LAYERS)?;
-    let stack = Stack::new(&slabs, view, layout);
-    let steps = stack.steps(&slabs, &raster.vertices);
-    Ok(Plan { size: view.size, passes: vec![Pass::Layers(LayerPass { raster, axis: stack.axis, steps })] })
+    let stage = |slabs: &Slabs, proxies| Stage::Layers { proxies, axis: axis_of(slabs) };
+    let (slabs, mut pass) = slices(slicing, view, layout, SLICES_BY_LAYERS, stage)?;
+    pass.inputs.steps = Stack::new(&slabs, view, layout).steps(&slabs, &pass.inputs.vertices);
+    Ok(Plan { size: view.size, passes: vec![pass] })
+}
+
+/// What the layers of a stack across an axis of the volume lie across.
+fn axis_of(slabs: &Slabs) -> Axis {
+    Axis::ALL.into_iter().find(|axis| slabs.normal[axis.index()] != 0.0).unwrap_or(Axis::Z)
 }
 
 /// The layers of a volume along the axis of a stack of slices, and what a view reads of them.
@@ -50,7 +55,7 @@ struct Stack {
 
 impl Stack {
     fn new(slabs: &Slabs, view: &View, layout: &VolumeLayout) -> Self {
-        let axis = Axis::ALL.into_iter().find(|axis| slabs.normal[axis.index()] != 0.0).unwrap_or(Axis::Z);
+        let axis = axis_of(slabs);
         let a = axis.index();
         let layers = layout.extent.to_array()[a] as i32;
         let [low, high] = view.bounds(layout.extent).map(|corner| corner[a]);

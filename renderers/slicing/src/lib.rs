@@ -12,6 +12,7 @@
 
 mod layers;
 mod mirror;
+pub mod modules;
 mod plan;
 mod proxies;
 mod slabs;

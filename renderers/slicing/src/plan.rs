@@ -1,19 +1,18 @@
 //! The pass that draws a view.
 
-use cvr_core::render::{
-    Input, Pass, Plan, RasterPass, RenderError, SceneModules, Template, View, uniform_bytes,
-};
-use cvr_core::shader::BindingKind;
+use cvr_core::render::{Pass, Plan, Proxies, RenderError, SceneModules, Stage, Template, View};
 use cvr_core::volume::VolumeLayout;
-use cvr_shaders as shaders;
 
+use crate::modules::{
+    OPACITY_EXACT, OPACITY_LERP, SLABS_FLAT, SLABS_SHELLS, SLICES_AT_ONCE, SLICING,
+};
 use crate::proxies::proxies;
 use crate::slabs::Slabs;
 use crate::{Geometry, OpacityCorrection, Slicing};
 
 pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
-    let (_, pass) = slices(slicing, view, layout, shaders::SLICES_AT_ONCE)?;
-    Ok(Plan { size: view.size, passes: vec![Pass::Raster(pass)] })
+    let (_, pass) = slices(slicing, view, layout, SLICES_AT_ONCE, |_, proxies| Stage::Triangles(proxies))?;
+    Ok(Plan { size: view.size, passes: vec![pass] })
 }
 
 /// All slices, with the corners that `proxy` says, and the slabs that they stand for.
@@ -22,36 +21,22 @@ pub fn slices(
     view: &View,
     layout: &VolumeLayout,
     proxy: Template,
-) -> Result<(Slabs, RasterPass), RenderError> {
-    let SceneModules { mut templates, mut inputs } = SceneModules::new(view, layout)?;
+    stage: impl FnOnce(&Slabs, Proxies) -> Stage,
+) -> Result<(Slabs, Pass), RenderError> {
     let rays = view.rays(layout);
     let slabs = Slabs::new(slicing.geometry, view, layout, &rays)?;
-    inputs.push(Input { kind: BindingKind::Slabs, contents: uniform_bytes(&slabs.uniform())? });
-    if view.skippable(layout).is_none() {
-        templates.push(shaders::EVERY_POINT);
-    }
-    templates.extend([
-        shaders::SLICING,
-        shaders::SLICES_UNCHECKED,
-        proxy,
-        match slabs.geometry {
-            Geometry::Planes | Geometry::Axis => shaders::SLABS_FLAT,
-            Geometry::Shells => shaders::SLABS_SHELLS,
-        },
-        match slicing.opacity_correction {
-            OpacityCorrection::Exact => shaders::SLICE_OPACITY_EXACT,
-            OpacityCorrection::Lerp => shaders::SLICE_OPACITY_LERP,
-        },
-        shaders::OPACITY,
-    ]);
-    let pass = RasterPass {
-        templates,
-        vertex: "proxy",
-        fragment: "slice",
-        inputs,
-        vertices: proxies(&slabs, view, layout, &rays),
-        blending: slicing.blending,
-        checked: Some((shaders::SLICES_UNCHECKED, &[shaders::SLICES_CHECKED, shaders::LOOPS_RUN])),
+    let mut scene = SceneModules::new(view, layout)?;
+    scene.uniform("slabs", "Slabs", &slabs.uniform())?;
+    let geometry = match slabs.geometry {
+        Geometry::Planes | Geometry::Axis => SLABS_FLAT,
+        Geometry::Shells => SLABS_SHELLS,
     };
+    let opacity = match slicing.opacity_correction {
+        OpacityCorrection::Exact => OPACITY_EXACT,
+        OpacityCorrection::Lerp => OPACITY_LERP,
+    };
+    let stage = stage(&slabs, Proxies { vertex: "proxy", blending: slicing.blending });
+    let mut pass = scene.pass(stage, &[SLICING, proxy, geometry, opacity]);
+    pass.inputs.vertices = proxies(&slabs, view, layout, &rays);
     Ok((slabs, pass))
 }

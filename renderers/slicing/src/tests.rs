@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cvr_core::render::mirror::Mirror;
 use cvr_core::render::{
-    Camera, ClipBox, ControlPoint, DecodedFrame, Image, Pass, Projection, RenderError, Renderer,
+    Camera, ClipBox, ControlPoint, DecodedFrame, Image, Projection, RenderError, Renderer,
     TransferFunction, View,
 };
 use cvr_core::volume::{Extent, SampleType, VolumeLayout};
@@ -278,5 +278,5 @@ fn a_view_beside_the_volume_is_empty() {
     assert_eq!(image.pixels()[0], [0.0; 4]);
     assert!(image.pixels()[40][3] > 0.5);
     let plan = Slicing::default().plan(&view, cvr_core::render::Voxels::layout(&voxels)).unwrap();
-    assert!(matches!(&plan.passes[..], [Pass::Raster(pass)] if pass.vertices.len() % 3 == 0));
+    assert!(matches!(&plan.passes[..], [pass] if pass.inputs.vertices.len() % 3 == 0));
 }

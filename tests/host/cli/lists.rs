@@ -112,7 +112,7 @@ fn a_shader_is_printed_with_the_origin_of_every_part() {
     assert!(
         decodes.contains("fn s3dc_fetch(") && decodes.contains("texels[") && !decodes.contains("raycast")
     );
-    assert!(draws.contains("texture_3d") && draws.contains("fn raycast(") && !draws.contains("s3dc"));
+    assert!(draws.contains("texture_3d") && draws.contains("fn gather(") && !draws.contains("s3dc"));
     for pass in [decodes, draws] {
         naga::front::wgsl::parse_str(pass).unwrap();
     }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::codec::{Constant, ConstantValue, Resource, ScratchUse, TexelFormat, WgslModule};
 use crate::render::Filter;
-use crate::shader::{Binding, GeneratedShader, Request, generate, generate_decode};
+use crate::shader::{Binding, GeneratedShader, Program, Request, generate, generate_decode};
 use crate::volume::{Axis, Extent, SampleType};
 
 /// Adds the data, and turns every 64 words round.
@@ -120,9 +120,7 @@ fn a_rebuilt_frame_is_a_source_like_others() {
     let (_, source) = generate_passes("toy", &passes(TURN), &layout(3), KEY, limits(5000)).unwrap();
     let make = |filter| {
         generate(&Request {
-            templates: &[cvr_shaders::DUMP],
-            entry: "dump",
-            bindings: &BindingKind::DUMP,
+            program: &Program::dump(cvr_shaders::DUMP),
             layout: &layout(3),
             source: source.clone(),
             filter,

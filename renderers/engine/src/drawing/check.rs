@@ -2,15 +2,15 @@
 
 use std::sync::OnceLock;
 
-use cvr_core::render::{Filter, RasterPass};
+use cvr_core::render::{Filter, Inputs, Pass};
 
-use super::canvas::Canvas;
 use crate::bindings::{Parts, Supplies};
+use crate::canvas::Canvas;
 use crate::raster::{BoundRaster, blend};
 use crate::source::Voxels;
 use crate::{Device, EngineError};
 
-/// A pass that blends, compiled so that its fragments tell where loops were ended. It draws one frame, before all others: what
+/// A pass that blends, compiled so that its fragments show where loops were ended. It draws one frame, before all others: what
 /// does the same in fewer rounds needs no second look.
 #[derive(Debug)]
 pub(super) struct Check {
@@ -20,30 +20,43 @@ pub(super) struct Check {
 }
 
 impl Check {
-    /// `None` where fragments cannot tell. `parts` hold the codec's buffers, which are uploaded already.
+    /// `None` where fragments show nothing. `parts` hold the codec's buffers, which are uploaded already.
     pub(super) fn new(
         device: &Device,
-        pass: &RasterPass,
+        Pass { pipeline, inputs }: &Pass,
         voxels: &Voxels<'_>,
         filter: Filter,
         (canvas, parts): (&wgpu::Texture, &mut Parts),
     ) -> Result<Option<Self>, EngineError> {
-        let Some(pass) = pass.checked() else { return Ok(None) };
-        let bindings: Vec<_> = pass.inputs.iter().map(|input| input.kind.clone()).collect();
-        let template = (&pass.templates[..], pass.fragment, &bindings[..]);
-        let shader = voxels.shader(template, Some(filter), device.binding_limits())?;
-        let supplies = Supplies { inputs: &pass.inputs, buffers: &voxels.buffers, ..Supplies::default() };
-        let bound = BoundRaster::new(device, &pass, &shader, canvas.format(), &supplies, parts)?;
+        let (Some(program), Some(proxies)) = (pipeline.guarded_program(), pipeline.proxies()) else {
+            return Ok(None);
+        };
+        let shader = voxels.shader(device, &program, Some(filter))?;
+        let supplies =
+            Supplies { inputs: &inputs.contents, buffers: &voxels.buffers, ..Supplies::default() };
+        let triangles = (proxies, &inputs.vertices[..]);
+        let bound = BoundRaster::new(device, triangles, &shader, canvas.format(), &supplies, parts)?;
         let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());
         Ok(Some(Self { bound, view, passed: OnceLock::new() }))
     }
 
-    /// Draws and looks, unless that is done.
+    /// Takes other inputs, which it has not looked at.
+    pub(super) fn set_inputs(&mut self, device: &Device, inputs: &Inputs) -> Result<(), EngineError> {
+        self.passed = OnceLock::new();
+        self.bound.set_inputs(device, inputs)
+    }
+
+    /// Whether it has drawn and found nothing.
+    pub(super) fn passed(&self) -> bool {
+        self.passed.get().is_some()
+    }
+
+    /// Draws and looks, unless that is done. The picture is that of any frame.
     ///
     /// # Errors
     /// [`EngineError::CutOff`] when the device has ended loops; what the driver refuses.
     pub(super) fn pass(&self, device: &Device, canvas: &Canvas) -> Result<(), EngineError> {
-        if self.passed.get().is_some() {
+        if self.passed() {
             return Ok(());
         }
         device.guarded("drawing a frame that is looked at", || {

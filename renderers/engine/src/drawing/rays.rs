@@ -2,11 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use cvr_core::render::{ComputePass, Filter, Rays};
+use cvr_core::render::{Contents, Filter, Pass, RayWalk, Stage};
 use cvr_core::shader::{GeneratedShader, ShaderError};
 
-use super::canvas::CutOff;
 use crate::bindings::{Bound, Parts, Supplies};
+use crate::canvas::CutOff;
+use crate::pipelines::Target;
 use crate::source::Voxels;
 use crate::timestamps::FrameTimestamps;
 use crate::{Device, DrawSource, EngineError, VolumeTexture};
@@ -35,9 +36,10 @@ impl std::fmt::Display for RayPieces {
 
 /// A pass that follows rays at once, and what follows them in pieces. Which of the two a picture takes is settled once.
 #[derive(Debug)]
-pub(super) struct RayWalk {
-    pass: ComputePass,
-    shader: Result<GeneratedShader, ShaderError>,
+pub(super) struct FollowedRays {
+    contents: Vec<Contents>,
+    workgroups: [u32; 3],
+    shader: Result<Arc<GeneratedShader>, ShaderError>,
     image: wgpu::Buffer,
     /// What holds the volume: buffers that are uploaded already, or a texture.
     parts: Parts,
@@ -45,23 +47,37 @@ pub(super) struct RayWalk {
     settled: OnceLock<Option<InPieces>>,
 }
 
-impl RayWalk {
+/// Workgroups that follow the rays of a picture.
+pub(super) fn workgroups(size: [u32; 2]) -> [u32; 3] {
+    let [x, y] = size.map(|pixels| pixels.div_ceil(RayWalk::WORKGROUP));
+    [x, y, 1]
+}
+
+impl FollowedRays {
     /// `None` where the pass follows no rays. Only text is made here: a picture without pieces compiles nothing for them.
     pub(super) fn new(
         device: &Device,
-        pass: &ComputePass,
+        (pass, size): (&Pass, [u32; 2]),
         (voxels, source): (&Voxels<'_>, &DrawSource<'_>),
         filter: Filter,
         (image, parts): (&wgpu::Buffer, Parts),
     ) -> Option<Self> {
-        let pass = pass.in_pieces()?;
-        let template = (&pass.templates[..], pass.entry, &pass.bindings()[..]);
-        let shader = voxels.shader(template, Some(filter), device.binding_limits());
+        let Stage::Rays(_) = pass.pipeline.stage else { return None };
+        let program = pass.pipeline.guarded_program()?;
+        let shader = voxels.shader(device, &program, Some(filter));
         let texture = match source {
             DrawSource::Texture(texture) => Some(Arc::clone(texture)),
             DrawSource::Inline { .. } | DrawSource::Ring { .. } | DrawSource::Buffers(_) => None,
         };
-        Some(Self { pass, shader, image: image.clone(), parts, texture, settled: OnceLock::new() })
+        let (contents, workgroups, image) =
+            (pass.inputs.contents.clone(), workgroups(size), image.clone());
+        Some(Self { contents, workgroups, shader, image, parts, texture, settled: OnceLock::new() })
+    }
+
+    /// Takes other inputs, of which nothing is settled.
+    pub(super) fn set_inputs(&mut self, contents: &[Contents]) {
+        self.contents = contents.to_vec();
+        self.settled = OnceLock::new();
     }
 
     /// How the picture is drawn, once that is settled: in pieces, or (`None` inside) at once.
@@ -102,30 +118,25 @@ impl RayWalk {
             EngineError::Unsupported(format!("rays cannot be followed in pieces on this device: {problem}"))
         })?;
         let rays = self.image.size() / size_of::<[f32; 4]>() as u64;
-        let (uniform, progress) = device.guarded("preparing pieces of rays", || {
-            let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-            let uniform = device.empty_buffer("pieces", usage, 16)?;
+        let progress = device.guarded("preparing pieces of rays", || {
             let usage =
                 wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-            Ok((uniform, device.empty_buffer("progress", usage, rays * size_of::<u32>() as u64)?))
+            device.empty_buffer("progress", usage, rays * size_of::<u32>() as u64)
         })?;
+        let pieces = Contents { name: "pieces", bytes: samples.to_le_bytes().to_vec() };
+        let contents: Vec<_> = self.contents.iter().cloned().chain([pieces]).collect();
         let supplies = Supplies {
-            inputs: &self.pass.inputs,
-            output: Some(&self.image),
-            pieces: Some([&uniform, &progress]),
+            inputs: &contents,
+            storage: &[("image", &self.image), ("progress", &progress)],
             texture: self.texture.as_deref(),
             ..Supplies::default()
         };
-        let bound = Bound::new(device, shader, &supplies, &mut self.parts.clone())?;
+        let bound = Bound::new(device, shader, Target::Compute, &supplies, &mut self.parts.clone())?;
         let pieces = RayPieces { samples, pieces: 0 };
-        let mut found = InPieces { bound, workgroups: self.pass.workgroups, progress, pieces };
+        let mut found = InPieces { bound, workgroups: self.workgroups, progress, pieces };
         loop {
             device.guarded("preparing pieces of rays", || {
-                device.queue().write_buffer(
-                    &uniform,
-                    0,
-                    bytemuck::bytes_of(&[found.pieces.samples, 0, 0, 0]),
-                );
+                found.bound.write_uniform(device, "pieces", &found.pieces.samples.to_le_bytes());
                 Ok(())
             })?;
             match found.try_frame(device)? {
@@ -183,7 +194,7 @@ impl InPieces {
     /// Fails where a ray of the last frame is not at its end.
     pub(super) fn check(&self, device: &Device) -> Result<(), EngineError> {
         let progress: Vec<u32> = device.read_buffer(&self.progress, self.progress.size())?;
-        match progress.iter().filter(|&&next| next != Rays::END).count() {
+        match progress.iter().filter(|&&next| next != RayWalk::END).count() {
             0 => Ok(()),
             pixels => Err(EngineError::CutOff { pixels }),
         }
@@ -206,11 +217,11 @@ impl InPieces {
                 Ok(())
             })?;
             let progress: Vec<u32> = device.read_buffer(&self.progress, self.progress.size())?;
-            let cut = progress.iter().filter(|&&next| next == Rays::CUT).count();
+            let cut = progress.iter().filter(|&&next| next == RayWalk::CUT).count();
             if cut > 0 {
                 return Ok(Tried::CutOff { pixels: cut });
             }
-            if progress.iter().all(|&next| next == Rays::END) {
+            if progress.iter().all(|&next| next == RayWalk::END) {
                 return Ok(Tried::Drawn { pieces });
             }
             if progress == before {

@@ -1,7 +1,8 @@
 use std::sync::Arc;
 
 use cvr_core::codec::{Constant, ConstantValue, DecodedForm, Decoder, Resource, TexelFormat};
-use cvr_core::render::{ComputePass, Input, LayerStep, ProxyVertex, RasterPass, Rays, Template};
+use cvr_core::render::{Contents, Inputs, LayerStep, Proxies, ProxyVertex, Template};
+use cvr_core::shader::Variable;
 use cvr_core::volume::{Axis, FrameIndex, Level};
 
 use super::*;
@@ -16,6 +17,7 @@ const PAINT: Template = Template {
 struct View { size: vec2<u32>, z: f32, unused: vec4<f32> }
 @compute @workgroup_size(8, 8)
 fn paint(@builtin(global_invocation_id) id: vec3<u32>) {
+    let view = inputs.view;
     if id.x >= view.size.x || id.y >= view.size.y { return; }
     let value = volume_sample(vec3<f32>(vec2<f32>(id.xy) + 0.5, view.z));
     image[id.y * view.size.x + id.x] = vec4<f32>(value, textureLoad(transfer_table, vec2<u32>(0u), 0).xyz);
@@ -29,17 +31,24 @@ fn plan(size: [u32; 2], z: f32) -> Plan {
     let mut view: Vec<u8> = size.iter().flat_map(|v| v.to_le_bytes()).collect();
     view.extend(z.to_le_bytes());
     view.resize(32, 0);
-    let pass = ComputePass {
-        templates: vec![PAINT],
-        entry: "paint",
-        inputs: vec![
-            Input { kind: BindingKind::View, contents: view },
-            Input { kind: BindingKind::TransferTable, contents: bytemuck::cast_slice(&[TINT; 3]).to_vec() },
+    let pipeline = Pipeline {
+        stage: Stage::Compute { entry: "paint" },
+        modules: vec![PAINT.into()],
+        offered: Vec::new(),
+        variables: vec![
+            Variable::Uniform { name: "view", wgsl_type: "View" },
+            Variable::Table { name: "transfer_table", rows: 3 },
+        ],
+    };
+    let inputs = Inputs {
+        contents: vec![
+            Contents { name: "view", bytes: view },
+            Contents { name: "transfer_table", bytes: bytemuck::cast_slice(&[TINT; 3]).to_vec() },
         ],
         workgroups: [size[0].div_ceil(8), size[1].div_ceil(8), 1],
-        rays: Rays::None,
+        ..Inputs::default()
     };
-    Plan { size, passes: vec![Pass::Compute(pass)] }
+    Plan { size, passes: vec![Pass { pipeline, inputs }] }
 }
 
 fn inline(toy: &Toy) -> DrawSource<'_> {
@@ -119,17 +128,16 @@ fn all_sources_and_filters_paint_the_same_slice() {
 const CELL: Template = Template {
     file: "shaders/cell.wgsl",
     source: "\
-struct Corner { @builtin(position) position: vec4<f32>, @location(0) @interpolate(flat) cell: u32 }
+struct Proxy { @builtin(position) position: vec4<f32>, @location(0) @interpolate(flat) cell: u32 }
 @vertex
 fn corner(
     @location(0) position: vec2<f32>,
     @location(1) slice: u32,
     @builtin(instance_index) instance: u32,
-) -> Corner {
-    return Corner(vec4<f32>(position, 0.0, 1.0), instance);
+) -> Proxy {
+    return Proxy(vec4<f32>(position, 0.0, 1.0), instance);
 }
-@fragment
-fn show(corner: Corner) -> @location(0) vec4<f32> {
+fn shown(corner: Proxy) -> vec4<f32> {
     let x = vec3<f32>(corner.position.xy, f32(corner.cell));
     let value = volume_sample(back(x));
     let next = volume_sample(back(x + vec3<f32>(0.0, 0.0, 1.0)));
@@ -156,21 +164,23 @@ fn a_ring_holds_its_layers_whoever_filters() {
     for axis in Axis::ALL {
         let [width, height, layers] = axis.layered(toy.layout.extent.to_array());
         let corner = |x, y| ProxyVertex { position: [x, y], slice: 0 };
-        let raster = RasterPass {
-            templates: vec![CELL, BACK[axis.index()]],
-            vertex: "corner",
-            fragment: "show",
-            inputs: Vec::new(),
-            vertices: vec![corner(-1.0, -1.0), corner(3.0, -1.0), corner(-1.0, 3.0)],
-            checked: None,
-            blending: Blending::Float32,
+        let proxies = Proxies { vertex: "corner", blending: Blending::Float32 };
+        let pipeline = Pipeline {
+            stage: Stage::Layers { proxies, axis },
+            modules: vec![CELL.into(), BACK[axis.index()].into()],
+            offered: Vec::new(),
+            variables: Vec::new(),
         };
         let place = |layer| [LayerStep::Decode(layer), LayerStep::Place(layer % 4)];
         let draw = |between| LayerStep::Draw { between, vertices: 0..3 };
         let steps =
             [[0, 1, 2, 3].map(place).concat(), vec![draw(0)], [4, 5].map(place).concat(), vec![draw(3)]];
-        let pass = LayerPass { raster, axis, steps: steps.concat() };
-        let plan = Plan { size: [width, height], passes: vec![Pass::Layers(pass)] };
+        let inputs = Inputs {
+            vertices: vec![corner(-1.0, -1.0), corner(3.0, -1.0), corner(-1.0, 3.0)],
+            steps: steps.concat(),
+            ..Inputs::default()
+        };
+        let plan = Plan { size: [width, height], passes: vec![Pass { pipeline, inputs }] };
         let source =
             DrawSource::Ring { codec: "toy", decoder: &toy, frame: FrameIndex::FIRST, level: Level::FULL };
         for (filter, manual) in [
@@ -206,6 +216,48 @@ fn a_ring_holds_its_layers_whoever_filters() {
             assert_eq!(drawing.read_layers().unwrap().unwrap(), values, "{axis:?} of {layers} layers");
         }
     }
+}
+
+/// Other inputs are drawn by what is there; another pipeline or size is refused.
+#[test]
+fn a_drawing_takes_other_inputs_and_compiles_nothing() {
+    let Some(device) = test_device("drawing::other_inputs") else { return };
+    // A device of its own counts its own pipelines.
+    let device = device.without_block_textures();
+    let toy = Toy::new([13, 17, 5], 1);
+    let new = |plan: &Plan| Drawing::new(&device, plan, &inline(&toy), Filter::Nearest).unwrap();
+    let mut drawing = new(&plan([13, 17], 0.5));
+    drawing.draw().unwrap();
+    assert_eq!(device.pipelines_compiled(), 1);
+    for (z, slice) in [(3.5, 3), (1.5, 1), (0.5, 0)] {
+        let other = plan([13, 17], z);
+        assert!(drawing.takes(&other));
+        drawing.set_inputs(&other).unwrap();
+        drawing.draw().unwrap();
+        expect(&toy, [slice, slice], &drawing.read_image().unwrap(), 0.0);
+    }
+    // A table of another size takes a texture of its own.
+    let mut wide = plan([13, 17], 2.5);
+    wide.passes[0].inputs.contents[1].bytes = bytemuck::cast_slice(&[TINT; 6]).to_vec();
+    drawing.set_inputs(&wide).unwrap();
+    drawing.draw().unwrap();
+    expect(&toy, [2, 2], &drawing.read_image().unwrap(), 0.0);
+    assert_eq!(device.pipelines_compiled(), 1, "another drawing of the same pipeline");
+    new(&plan([7, 5], 0.5)).draw().unwrap();
+    assert_eq!(device.pipelines_compiled(), 1, "whatever its size");
+
+    let mut other = plan([13, 17], 0.5);
+    other.passes[0].pipeline.modules.push(BACK[0].into());
+    for refused in [other.clone(), plan([13, 16], 0.5)] {
+        assert!(!drawing.takes(&refused));
+        let error = drawing.set_inputs(&refused).unwrap_err();
+        assert!(matches!(&error, EngineError::Unsupported(text) if text.contains("another pipeline")), "{error}");
+    }
+    new(&other).draw().unwrap();
+    assert_eq!(device.pipelines_compiled(), 2);
+    device.forget_pipelines();
+    new(&other).draw().unwrap();
+    assert_eq!(device.pipelines_compiled(), 3);
 }
 
 #[test]
@@ -257,13 +309,11 @@ fn refusals_say_why() {
     assert!(matches!(refuse(&empty, &inline(&toy)), EngineError::Unsupported(_)));
 
     let mut wide = plan([4, 4], 0.5);
-    let Pass::Compute(pass) = &mut wide.passes[0] else { panic!("a compute pass") };
-    pass.workgroups[0] = u32::MAX;
+    wide.passes[0].inputs.workgroups[0] = u32::MAX;
     assert!(matches!(refuse(&wide, &inline(&toy)), EngineError::TooLarge { .. }));
 
     let mut blind = plan([4, 4], 0.5);
-    let Pass::Compute(pass) = &mut blind.passes[0] else { panic!("a compute pass") };
-    pass.inputs[0].contents.clear();
+    blind.passes[0].inputs.contents[0].bytes.clear();
     assert!(matches!(refuse(&blind, &inline(&toy)), EngineError::Unsupported(_)));
 }
 
@@ -274,22 +324,29 @@ fn what_only_the_driver_can_refuse_is_an_error_too() {
     const CROWD: Template = Template {
         file: "shaders/crowd.wgsl",
         source: "\
-struct View { size: vec2<u32> }
+struct View { size: vec2<u32>, unused: array<vec2<u32>, 3> }
 @compute @workgroup_size(8192)
-fn paint() { image[0] = vec4<f32>(volume_sample(vec3<f32>(view.size.xyx))) + textureLoad(transfer_table, vec2<u32>(0u), 0); }
+fn paint() { image[0] = vec4<f32>(volume_sample(vec3<f32>(inputs.view.size.xyx))) + textureLoad(transfer_table, vec2<u32>(0u), 0); }
 ",
     };
     let mut crowd = plan([4, 4], 0.5);
-    let Pass::Compute(pass) = &mut crowd.passes[0] else { panic!("a compute pass") };
-    pass.templates = vec![CROWD];
+    crowd.passes[0].pipeline.modules = vec![CROWD.into()];
     let error = Drawing::new(device, &crowd, &inline(&toy), Filter::Linear).unwrap_err();
     let EngineError::Gpu(text) = &error else { panic!("{error}") };
     assert!(text.contains("workgroup"), "{text}");
 
-    // A uniform shorter than its struct shows only when it is drawn.
+    // A buffer shorter than its array shows only when it is drawn.
+    const LONG: Template = Template {
+        file: "shaders/long.wgsl",
+        source: "\
+@compute @workgroup_size(1)
+fn paint() { image[0] = vec4<f32>(volume_sample(vec3<f32>(numbers[99]))); }
+",
+    };
     let mut short = plan([4, 4], 0.5);
-    let Pass::Compute(pass) = &mut short.passes[0] else { panic!("a compute pass") };
-    pass.inputs[0].contents.truncate(16);
+    short.passes[0].pipeline.modules = vec![LONG.into()];
+    short.passes[0].pipeline.variables.push(Variable::read("numbers", "array<f32, 100>"));
+    short.passes[0].inputs.contents.push(Contents { name: "numbers", bytes: vec![0; 16] });
     let drawing = Drawing::new(device, &short, &inline(&toy), Filter::Linear).unwrap();
     for _ in 0..2 {
         let error = drawing.draw_timed().unwrap_err();

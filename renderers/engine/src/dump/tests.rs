@@ -1,5 +1,7 @@
 use std::sync::Arc;
 
+use cvr_core::shader::{BindingKind, BindingLimits};
+
 use super::*;
 use crate::VolumeTexture;
 use crate::testing::test_device;
@@ -43,7 +45,7 @@ fn a_dump_in_pieces_is_the_whole() {
         let source = DrawSource::Inline { codec: "toy", decoder: &toy, frame: FIRST, level: Level::FULL };
         let voxels = source.voxels().unwrap();
         for template in [cvr_shaders::DUMP, cvr_shaders::DUMP_CELL] {
-            let shader = dump_shader(&voxels, template, device.binding_limits()).unwrap();
+            let shader = voxels.shader(device, &Program::dump(template), None).unwrap();
             let supplies = Supplies { buffers: &voxels.buffers, ..Supplies::default() };
             let shape = (toy.layout.extent, channels);
             let got = device.run_dump_in_pieces(&shader, supplies, shape, most_bytes).unwrap();
@@ -69,7 +71,8 @@ fn a_buffer_over_several_bindings_reads_as_one() {
     let source = DrawSource::Inline { codec: "toy", decoder: &toy, frame: FIRST, level: Level::FULL };
     let voxels = source.voxels().unwrap();
     let limits = BindingLimits { storage_words: 1000, storage_buffers: 8 };
-    let shader = dump_shader(&voxels, cvr_shaders::DUMP, limits).unwrap();
+    let small = device.with_binding_limits(limits);
+    let shader = voxels.shader(&small, &Program::dump(cvr_shaders::DUMP), None).unwrap();
     let parts = shader.bindings.iter().filter(|b| matches!(b.kind, BindingKind::Words { .. })).count();
     assert_eq!(parts, toy.words.len().div_ceil(1000));
     let supplies = Supplies { buffers: &voxels.buffers, ..Supplies::default() };

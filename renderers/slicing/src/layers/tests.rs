@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use cvr_core::render::{
-    Camera, ClipBox, ControlPoint, Projection, Renderer, Shading, TransferFunction, View,
+    Camera, ClipBox, ControlPoint, Pass, Projection, Renderer, Shading, TransferFunction, View,
 };
 use cvr_core::volume::SampleType;
 
@@ -25,19 +25,20 @@ fn layout(size: [u32; 3]) -> VolumeLayout {
     }
 }
 
-fn pass(view: &View, layout: &VolumeLayout) -> LayerPass {
+fn pass(view: &View, layout: &VolumeLayout) -> Pass {
     let slicing = Slicing { geometry: Geometry::Axis, ..Slicing::default() };
     let plan = slicing.plan_layers(view, layout).unwrap();
-    let [Pass::Layers(pass)] = &plan.passes[..] else { panic!("one pass, layer by layer") };
+    let [pass] = &plan.passes[..] else { panic!("one pass") };
+    assert!(pass.pipeline.layers().is_some(), "layer by layer");
     pass.clone()
 }
 
 /// What holds of the steps of a pass; the numbers of the layers that are decoded, in their order.
-fn decoded(pass: &LayerPass, view: &View, layout: &VolumeLayout) -> Result<Vec<u32>, String> {
-    let layers = layout.extent.to_array()[pass.axis.index()] as i32;
+fn decoded(pass: &Pass, view: &View, layout: &VolumeLayout) -> Result<Vec<u32>, String> {
+    let layers = layout.extent.to_array()[pass.pipeline.layers().unwrap().index()] as i32;
     let reach = i32::from(view.shading.is_some());
     let (mut slots, mut buffer, mut decoded) = ([None; RING_LAYERS as usize], None, Vec::new());
-    for step in &pass.steps {
+    for step in &pass.inputs.steps {
         match step {
             LayerStep::Decode(layer) => {
                 buffer = Some(*layer);
@@ -82,7 +83,7 @@ fn every_layer_is_there_when_it_is_read_and_decoded_once() {
                 let view = View { step_voxels, shading, ..view(azimuth, elevation) };
                 let pass = pass(&view, &layout);
                 let (axis, forwards) = along(&view, &layout);
-                assert_eq!(pass.axis, axis);
+                assert_eq!(pass.pipeline.layers().unwrap(), axis);
                 seen.insert((axis, forwards));
                 let mut all = decoded(&pass, &view, &layout).unwrap();
                 all.sort_unstable();
@@ -104,13 +105,13 @@ fn every_slab_is_drawn_with_every_cell_that_it_reaches_into() {
             let pass = pass(&view, &layout);
             let rays = view.camera.rays(&layout, view.size);
             let slabs = Slabs::new(Geometry::Axis, &view, &layout, &rays).unwrap();
-            let along = f64::from(slabs.normal[pass.axis.index()]);
-            let layers = layout.extent.to_array()[pass.axis.index()];
+            let along = f64::from(slabs.normal[pass.pipeline.layers().unwrap().index()]);
+            let layers = layout.extent.to_array()[pass.pipeline.layers().unwrap().index()];
             let mut cells = Vec::new();
-            for step in &pass.steps {
+            for step in &pass.inputs.steps {
                 let LayerStep::Draw { between, vertices } = step else { continue };
                 cells.push(*between);
-                let drawn = &pass.raster.vertices[vertices.start as usize..vertices.end as usize];
+                let drawn = &pass.inputs.vertices[vertices.start as usize..vertices.end as usize];
                 let drawn: BTreeSet<u32> = drawn.iter().map(|vertex| vertex.slice).collect();
                 // What lies in the volume of the cell, from its lower to its upper end along the stack.
                 let ends = [f64::from(*between) + 0.5, f64::from(*between) + 1.5];
@@ -143,7 +144,7 @@ fn layers_that_no_sample_reads_are_not_decoded() {
             let mut all = decoded(&pass, view, &layout).unwrap();
             all.sort_unstable();
             // The box holds 9.2 to 13.8 along z.
-            let layers: Vec<u32> = if pass.axis == Axis::Z { layers.collect() } else { continue };
+            let layers: Vec<u32> = if pass.pipeline.layers().unwrap() == Axis::Z { layers.collect() } else { continue };
             assert!(all.len() <= layers.len() && all.iter().all(|layer| layers.contains(layer)), "{all:?}");
             assert!(all.contains(&9) && all.contains(&13), "{all:?}");
         }
@@ -157,14 +158,14 @@ fn a_ring_that_is_off_by_one_is_noticed() {
     let view = View { shading: Some(Shading::default()), ..view(30.0, 20.0) };
     let right = pass(&view, &layout);
     assert!(decoded(&right, &view, &layout).is_ok());
-    for (i, step) in right.steps.iter().enumerate() {
+    for (i, step) in right.inputs.steps.iter().enumerate() {
         let wrong = match step {
             LayerStep::Decode(layer) => LayerStep::Decode(layer + 1),
             LayerStep::Place(slot) => LayerStep::Place((slot + 1) % RING_LAYERS),
             LayerStep::Draw { .. } => continue,
         };
         let mut pass = right.clone();
-        pass.steps[i] = wrong;
+        pass.inputs.steps[i] = wrong;
         assert!(decoded(&pass, &view, &layout).is_err(), "{step:?} at {i}");
     }
 }

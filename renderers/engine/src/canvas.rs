@@ -16,16 +16,16 @@ pub(crate) enum Canvas {
 
 /// What a device did not draw.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub(super) struct CutOff {
+pub(crate) struct CutOff {
     /// Pixels whose rays were cut off.
-    pub(super) pixels: usize,
+    pub(crate) pixels: usize,
     /// The lowest number of a sample that one of them was cut off at; where all had come to their ends, the highest.
-    pub(super) sample: u32,
+    pub(crate) sample: u32,
 }
 
 impl CutOff {
     /// That of a picture; `None` where all is drawn. No opacity is negative but that of a ray that was cut off
-    /// ([`cvr_core::render::Rays`]).
+    /// ([`cvr_core::render::RayWalk`]).
     fn of(pixels: &[[f32; 4]]) -> Option<Self> {
         let cut = || pixels.iter().filter(|pixel| pixel[3] < 0.0);
         let sample = |pixel: &[f32; 4]| pixel[0] as u32;
@@ -41,7 +41,7 @@ const ROW_BYTES: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 
 impl Canvas {
     /// A transparent picture that compute passes write.
-    pub(super) fn buffer(device: &Device, size: [u32; 2]) -> Result<Self, EngineError> {
+    pub(crate) fn buffer(device: &Device, size: [u32; 2]) -> Result<Self, EngineError> {
         let bytes = bytes_of(size, size_of::<[f32; 4]>() as u64)?;
         let limit = device.capabilities().storage_bytes();
         if bytes > limit {
@@ -80,7 +80,7 @@ impl Canvas {
     }
 
     /// Precision of blended sums; `None` where nothing is blended.
-    pub(super) fn blending(&self) -> Option<Blending> {
+    pub(crate) fn blending(&self) -> Option<Blending> {
         match self {
             Self::Buffer(_) => None,
             Self::Target(texture) if texture.format() == wgpu::TextureFormat::Rgba16Float => {
@@ -91,7 +91,7 @@ impl Canvas {
     }
 
     /// What of the picture as it is now the device did not draw.
-    pub(super) fn cut_off(&self, device: &Device) -> Result<Option<CutOff>, EngineError> {
+    pub(crate) fn cut_off(&self, device: &Device) -> Result<Option<CutOff>, EngineError> {
         match self {
             Self::Buffer(buffer) => Ok(CutOff::of(&device.read_buffer(buffer, buffer.size())?)),
             Self::Target(_) => Ok(None),
@@ -99,7 +99,7 @@ impl Canvas {
     }
 
     /// Pixels whose red is below zero, which no light is.
-    pub(super) fn below_zero(&self, device: &Device) -> Result<usize, EngineError> {
+    pub(crate) fn below_zero(&self, device: &Device) -> Result<usize, EngineError> {
         let pixels = self.pixels(device)?;
         Ok(pixels.iter().filter(|pixel| pixel[0] < 0.0).count())
     }
@@ -113,7 +113,7 @@ impl Canvas {
     }
 
     /// The picture as it is now.
-    pub(super) fn read(&self, device: &Device, size: [u32; 2]) -> Result<Image, EngineError> {
+    pub(crate) fn read(&self, device: &Device, size: [u32; 2]) -> Result<Image, EngineError> {
         let pixels = self.pixels(device)?;
         if let Some(CutOff { pixels, .. }) = CutOff::of(&pixels) {
             return Err(EngineError::CutOff { pixels });

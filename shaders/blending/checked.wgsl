@@ -1,7 +1,9 @@
 // What a fragment adds to the picture. A device may end loops that take it too many rounds, those of the codec among them,
-// and go on behind them: such a fragment paints what is no light, and stays below zero under all slices before it that do
+// and go on behind them: such a fragment paints what is no light, and stays below zero under all fragments over it that do
 // not hide it.
-fn added(colour: vec4<f32>) -> vec4<f32> {
+@fragment
+fn blended(proxy: Proxy) -> @location(0) vec4<f32> {
+    let colour = shown(proxy);
     if loops_run() {
         return colour;
     }

@@ -2,7 +2,7 @@
 // how often it does no compiler knows, lest it be no loop.
 fn loops_run() -> bool {
     var rounds = 0u;
-    while rounds * view.size.x <= view.size.x {
+    while rounds * inputs.view.size.x <= inputs.view.size.x {
         rounds += 1u;
     }
     return rounds == 2u;

@@ -13,7 +13,7 @@ fn walk_so_far(pixel: u32) -> Walk {
 }
 
 fn may_go_on(taken: u32) -> bool {
-    return taken < pieces.samples;
+    return taken < inputs.pieces.samples;
 }
 
 fn keep_walk(pixel: u32, walk: Walk) {

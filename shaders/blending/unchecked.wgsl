@@ -1,0 +1,5 @@
+// What a fragment adds to the picture. A renderer says it: `shown`, premultiplied.
+@fragment
+fn blended(proxy: Proxy) -> @location(0) vec4<f32> {
+    return shown(proxy);
+}
