@@ -16,7 +16,6 @@ const HEADER: [&str; 19] = [
     "scene",
     "skipping",
     "stages",
-    "resolution",
     "quantity",
     "first_value",
     "other_value",
@@ -24,6 +23,7 @@ const HEADER: [&str; 19] = [
     "noise",
     "verdict",
     "kind",
+    "resolution",
 ];
 
 /// All runs against the first. `change` is other ÷ first, and for decibels (`kind` = `difference`) other − first. `once` as
@@ -46,9 +46,10 @@ pub fn csv(sides: &[Side], once: f64) -> Result<Vec<u8>, csv::Error> {
                 let numbers = [c.first, c.other, c.change, c.noise].map(|v| v.to_string());
                 let names = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene];
                 let line = [name(first), name(other)].into_iter().chain(names.map(Clone::clone));
-                let level = [r.skipping.to_string(), stages, r.resolution.to_string()];
-                let line = line.chain(level).chain([quantity.field.to_owned()]).chain(numbers);
-                writer.write_record(line.chain([c.verdict.name(), kind].map(str::to_owned)))?;
+                let line =
+                    line.chain([r.skipping.to_string(), stages, quantity.field.to_owned()]).chain(numbers);
+                let line = line.chain([c.verdict.name(), kind].map(str::to_owned));
+                writer.write_record(line.chain([r.resolution.to_string()]))?;
             }
         }
     }

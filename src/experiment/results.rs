@@ -231,9 +231,9 @@ pub(crate) mod tests {
         assert!(
             header.contains(
                 ",psnr_blue_db,first_frame,last_frame,frame_figures,error_histogram,mean_abs_error,"
-            ) && header
-                .ends_with(",codec_image_ms_ssim,codec_image_flip,series,visible_pixels,payload_bytes\n")
-                && header.lines().count() == 1
+            ) && header.ends_with(
+                ",codec_image_ms_ssim,codec_image_flip,series,visible_pixels,payload_bytes,resolution\n"
+            ) && header.lines().count() == 1
         );
         assert!(to_csv(&[record("v", "raw")]).unwrap().starts_with(&header));
     }

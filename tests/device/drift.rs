@@ -55,6 +55,8 @@ impl Drift {
                         let [x, y, z] = of.position(i).map(|p| (f64::from(p) + 0.5) * scale);
                         let wave =
                             (0.5 * x + 0.2 * z).sin() * (0.4 * y - 0.1 * x).cos() * (0.3 * z + 0.4).sin();
+                        // The upper part is dark, so that something may be skipped.
+                        let wave = if z > 12.5 { -1.0 } else { wave };
                         let value = if frame == 0 { 128.0 + 100.0 * wave } else { 8.0 * (0.3 * x).sin() };
                         // Whole numbers: sums of them are exact.
                         (value.round() as f32).to_bits()

@@ -121,7 +121,6 @@ pub(super) fn cost_growth(
         "codec",
         "settings",
         "stages",
-        "resolution",
         "site",
         "device",
         "voxels",
@@ -129,6 +128,7 @@ pub(super) fn cost_growth(
         "exponent",
         "exponent_error",
         "sizes",
+        "resolution",
     ]);
     let (mut points, mut lines, mut legend) = (Vec::new(), Vec::new(), Vec::new());
     let names = distinct(cells.iter().map(|r| full_coding(r)));
@@ -168,11 +168,10 @@ pub(super) fn cost_growth(
                 |f| [f.exponent.to_string(), f.error.to_string()],
             );
             let stages = r.stages.map(|s| s.to_string()).unwrap_or_default();
-            let resolution = r.resolution.to_string();
-            let words = [&r.volume, &r.codec, &r.settings, &stages, &resolution, &r.site, &r.device]
-                .map(ToString::to_string);
+            let words =
+                [&r.volume, &r.codec, &r.settings, &stages, &r.site, &r.device].map(ToString::to_string);
             let numbers = [voxels.to_string(), value.to_string()];
-            let count = std::iter::once(measured.len().to_string());
+            let count = [measured.len().to_string(), r.resolution.to_string()];
             sheet.row(words.into_iter().chain(numbers).chain(fitted).chain(count));
         }
         legend.push(LegendEntry { mark, label });

@@ -180,13 +180,13 @@ fn draw(
         "codec",
         "settings",
         "stages",
-        "resolution",
         "bits_per_voxel",
         "from",
         "below",
         "error_over_range",
         "samples",
         "share",
+        "resolution",
     ]);
     let (mut lines, mut points, mut legend) = (Vec::new(), Vec::new(), Vec::new());
     let ends = |of: fn(&BTreeMap<i64, u64>) -> Option<i64>| shown.iter().filter_map(move |own| of(&own.bins));
@@ -222,14 +222,14 @@ fn draw(
             }
             let stages = record.stages.map(|s| s.to_string()).unwrap_or_default();
             let rate = record.bits_per_voxel.map(|b| b.to_string()).unwrap_or_default();
-            let resolution = record.resolution.to_string();
-            let words = [&volume.name, series, &record.codec, &record.settings, &stages, &resolution, &rate]
-                .map(Clone::clone);
+            let words =
+                [&volume.name, series, &record.codec, &record.settings, &stages, &rate].map(Clone::clone);
             let ends = [*bin, bin + 1].map(|k| (k as f64 * scale.0).to_string());
             sheet.row(words.into_iter().chain(ends).chain([
                 x.to_string(),
                 count.to_string(),
                 share.to_string(),
+                record.resolution.to_string(),
             ]));
         }
         lines.push(Line { points: line, colour: mark.colour, dashed: false });

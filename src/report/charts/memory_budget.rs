@@ -163,12 +163,12 @@ fn sheet(best: &[(&Record, f64, f64)], palette: &Palette, view: &View, device: &
         "filter",
         "skipping",
         "stages",
-        "resolution",
         "memory_bytes",
         "image_psnr_db",
         "relative_frame_time",
         "frame_ms",
         "series",
+        "resolution",
     ]);
     let (Some(first), Some(last)) = (best.first(), best.last()) else { return sheet };
     let mut budget = 1u64;
@@ -188,12 +188,10 @@ fn sheet(best: &[(&Record, f64, f64)], palette: &Palette, view: &View, device: &
                 &r.filter,
             ];
             let words = words.map(str::to_owned);
-            let level = [stages, r.resolution.to_string()];
-            let more = [r.skipping.to_string()].into_iter().chain(level);
-            let more = more.chain([memory.to_string(), psnr.to_string()]);
+            let more = [r.skipping.to_string(), stages, memory.to_string(), psnr.to_string()];
             let times = [number(r.relative_frame_time), number(r.frame_ms)];
             let row = [budget.to_string()].into_iter().chain(words).chain(more).chain(times);
-            sheet.row(row.chain([palette.labels.series(r)]));
+            sheet.row(row.chain([palette.labels.series(r), r.resolution.to_string()]));
         }
         if budget as f64 >= last.1 || budget > u64::MAX / 2 {
             return sheet;

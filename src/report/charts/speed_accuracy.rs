@@ -102,13 +102,13 @@ pub(super) fn decode_rate(
             "codec",
             "settings",
             "stages",
-            "resolution",
             "device",
             "decoded_by",
             "psnr_db",
             "voxels_per_second",
             "unbeaten",
             "series",
+            "resolution",
         ])),
     };
     let mut shown = Vec::new();
@@ -126,9 +126,9 @@ pub(super) fn decode_rate(
             let Some(r) = point.cell.and_then(|cell| records.get(cell)) else { continue };
             let stages = r.stages.map(|s| s.to_string()).unwrap_or_default();
             let values = [point.x.to_string(), (1e6 * point.y).to_string(), point.unbeaten.to_string()];
-            let resolution = r.resolution.to_string();
-            let names = [volume, &r.codec, &r.settings, &stages, &resolution, device, by].map(str::to_owned);
-            drawing.row(names.into_iter().chain(values).chain([palette.labels.series(r)]));
+            let names = [volume, &r.codec, &r.settings, &stages, device, by].map(str::to_owned);
+            let last = [palette.labels.series(r), r.resolution.to_string()];
+            drawing.row(names.into_iter().chain(values).chain(last));
         }
         drawing.chart.points.extend(points);
         drawing.chart.lines.push(Line { dashed: by == "cpu", ..line });
