@@ -20,6 +20,7 @@ mod host {
     mod golden;
     mod golden_files;
     mod hostile;
+    mod imports;
     mod input_cases;
     mod kills;
     mod manifest;
