@@ -4,6 +4,7 @@ pub mod blank;
 pub mod cell_file;
 pub mod cell_run;
 pub mod checked;
+pub mod columns;
 pub mod deferred;
 pub mod encoded;
 pub mod error_histogram;
@@ -39,4 +40,5 @@ pub mod target;
 pub mod volumes;
 
 mod ledger;
+mod pooled;
 mod volume_run;
