@@ -25,6 +25,7 @@ mod host {
     mod kills;
     mod manifest;
     mod metrics;
+    mod once;
     mod one_cell;
     mod opacity;
     mod other_readers;
