@@ -20,6 +20,7 @@ use crate::experiment::checked::not_run;
 use crate::experiment::folder::{Claim, Existing, OutFolder};
 use crate::experiment::interrupt;
 use crate::experiment::machine;
+use crate::experiment::pairs;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::{Record, Status};
 use crate::experiment::runner::{Outcome, Run};
@@ -104,6 +105,7 @@ pub struct Args {
 /// When configuration, volumes, device or folder are unusable.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     args.memory.allow();
+    pairs::checked_budget()?;
     let names = Names::new()?;
     let ConfigFile { mut experiment, text } = ConfigFile::read(&args.config, &args.set, &names)?;
     if !args.volume.is_empty() {

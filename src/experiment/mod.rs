@@ -21,6 +21,7 @@ pub mod labels;
 pub mod latest;
 pub mod machine;
 pub mod merge;
+pub mod pairs;
 pub mod pool;
 pub mod preview;
 pub mod provenance;
