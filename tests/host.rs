@@ -20,12 +20,14 @@ mod host {
     mod golden;
     mod golden_files;
     mod hostile;
+    mod imports;
     mod input_cases;
     mod kills;
     mod levels;
     mod links;
     mod manifest;
     mod metrics;
+    mod once;
     mod one_cell;
     mod opacity;
     mod other_readers;

@@ -21,6 +21,7 @@ use crate::experiment::folder::{Claim, Existing, OutFolder};
 use crate::experiment::interrupt;
 use crate::experiment::machine;
 use crate::experiment::outcome::Outcome;
+use crate::experiment::pairs;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::{Record, Status};
 use crate::experiment::run::Run;
@@ -122,6 +123,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
 /// As [`run`].
 pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     args.memory.allow();
+    pairs::checked_budget()?;
     let ConfigFile { mut experiment, text } = ConfigFile::read(&args.config, &args.set, names)?;
     experiment.decoded_frames_mb = args.decoded_frames_mb.unwrap_or(experiment.decoded_frames_mb);
     if !args.volume.is_empty() {

@@ -1,6 +1,7 @@
 //! A scene on the command line.
 
 use clap::Args;
+use cvr_core::pipeline::number::{AZIMUTH, EARLY_TERMINATION, ELEVATION, ROLL, STEP_VOXELS, ZOOM};
 use cvr_core::pipeline::{FilePath, FrameRange, Scene, SceneOpacity, TransferDomain, parse_colour};
 use cvr_core::render::{
     Camera, ClipBox, ColourOpacity, ControlPoint, Filter, Light, Preset, Projection, Shading,
@@ -17,16 +18,16 @@ pub struct SceneArgs {
     #[arg(long, default_value = "512x512", value_parser = size)]
     size: [u32; 2],
     /// Degrees around the vertical axis.
-    #[arg(long, default_value_t = 30.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = AZIMUTH.default(), allow_negative_numbers = true)]
     azimuth: f64,
     /// Degrees above the horizon.
-    #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = ELEVATION.default(), allow_negative_numbers = true)]
     elevation: f64,
     /// Clockwise turn of the camera in degrees; 180 turns the picture upside down.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = ROLL.default(), allow_negative_numbers = true)]
     roll: f64,
     /// Magnification; 1 fits the volume.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = ZOOM.default())]
     zoom: f64,
     /// Parallel rays instead of perspective.
     #[arg(long)]
@@ -54,13 +55,13 @@ pub struct SceneArgs {
     #[arg(long, value_name = "X,Y,Z:X,Y,Z", value_parser = clip_box, allow_hyphen_values = true)]
     clip_box: Option<ClipBox>,
     /// Colour behind the volume, as #203040.
-    #[arg(long, value_name = "#rrggbb", default_value = "#000000", value_parser = background)]
+    #[arg(long, value_name = "#rrggbb", default_value = Scene::DEFAULT_BACKGROUND, value_parser = background)]
     background: Background,
     /// Distance between samples in voxels, 0.01 to 1000.
-    #[arg(long, default_value_t = 0.5)]
+    #[arg(long, default_value_t = STEP_VOXELS.default() as f32)]
     step_voxels: f32,
     /// Opacity above 0 at which a ray ends; 1 = every ray runs to its end.
-    #[arg(long, default_value_t = 0.999)]
+    #[arg(long, default_value_t = EARLY_TERMINATION.default() as f32)]
     early_termination: f32,
     /// nearest, linear or optimised-linear.
     #[arg(long, default_value = "linear", value_parser = filter)]
@@ -73,11 +74,10 @@ type Background = [f32; 3];
 impl SceneArgs {
     /// The scene.
     pub fn scene(&self) -> Result<Scene, BadInput> {
-        let positive = |x: f64| x > 0.0 && x.is_finite();
-        if !positive(self.zoom) || !Scene::STEP_VOXELS.contains(&self.step_voxels) {
+        if !ZOOM.allows(self.zoom) || !STEP_VOXELS.allows_single(self.step_voxels) {
             return Err(BadInput("--zoom must be positive, --step-voxels from 0.01 to 1000".to_owned()));
         }
-        if !self.azimuth.is_finite() || !(-90.0..=90.0).contains(&self.elevation) {
+        if !AZIMUTH.allows(self.azimuth) || !ELEVATION.allows(self.elevation) {
             return Err(BadInput(
                 "--azimuth and --elevation are angles, the latter from -90 to 90".to_owned(),
             ));
@@ -91,7 +91,7 @@ impl SceneArgs {
             projection,
             ..Camera::default()
         };
-        if !(self.early_termination > 0.0 && self.early_termination <= 1.0) {
+        if !EARLY_TERMINATION.allows_single(self.early_termination) {
             return Err(BadInput("--early-termination is an opacity above 0 and at most 1".to_owned()));
         }
         let (control_points, domain) = self.transfer_function()?;

@@ -8,6 +8,7 @@ use cvr_engine::timing::{FrameTime, PairBudget, paired};
 
 use super::Trials;
 use super::trial::samples;
+use crate::experiment::pairs;
 use crate::experiment::shard::same_group;
 use crate::experiment::stage::{BASELINE, RAW, REFERENCE, filter_of_raw};
 use crate::registry::Names;
@@ -111,7 +112,7 @@ pub fn estimate<'l>(
                 }
                 let own = frame_ms(cell);
                 let baseline = frame_ms(&raw(BASELINE));
-                let drawing = pictures * (own + pairing_ms(baseline, own)) / 1000.0;
+                let drawing = pictures * (own + pairing_ms(baseline, own, pairs::budget())) / 1000.0;
                 time.drawing += drawing;
                 time.share(cell).drawing += drawing;
             }
@@ -134,13 +135,13 @@ fn coding_seconds(
 }
 
 /// Milliseconds of a pairing, warm-up included: the very protocol, over frames that take what they are said to.
-fn pairing_ms(baseline_ms: f64, cell_ms: f64) -> f64 {
+fn pairing_ms(baseline_ms: f64, cell_ms: f64, budget: PairBudget) -> f64 {
     let spent = std::cell::Cell::new(0.0);
     let frame = |wall_ms: f64| {
         spent.set(spent.get() + wall_ms);
         Ok::<_, std::convert::Infallible>(FrameTime { wall_ms, gpu_ms: None, cpu_ms: None })
     };
-    let Ok(_) = paired(|| frame(baseline_ms), || frame(cell_ms), PairBudget::default());
+    let Ok(_) = paired(|| frame(baseline_ms), || frame(cell_ms), budget);
     spent.get()
 }
 
@@ -151,7 +152,8 @@ mod tests {
     #[test]
     fn a_pairing_draws_as_often_as_the_protocol_says() {
         // Three rounds to warm up and 31 pairs of fast frames; one round and 7 pairs of slow ones.
-        assert!((pairing_ms(1.0, 2.0) - 34.0 * 3.0).abs() < 1e-6);
-        assert!((pairing_ms(1000.0, 500.0) - 8.0 * 1500.0).abs() < 1e-6);
+        let budget = PairBudget::default();
+        assert!((pairing_ms(1.0, 2.0, budget) - 34.0 * 3.0).abs() < 1e-6);
+        assert!((pairing_ms(1000.0, 500.0, budget) - 8.0 * 1500.0).abs() < 1e-6);
     }
 }

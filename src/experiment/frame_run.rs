@@ -6,10 +6,11 @@ use cvr_core::metrics::{Against, ImageError, error_picture};
 use cvr_core::pipeline::Cell;
 use cvr_core::render::{Image, to_png};
 use cvr_core::volume::FrameIndex;
-use cvr_engine::timing::{PairBudget, paired};
+use cvr_engine::timing::paired;
 
 use super::files::{IMAGES, of_frame};
 use super::folder::OutFolder;
+use super::pairs;
 use super::record::Record;
 use super::shared::Shared;
 use super::skipping;
@@ -87,7 +88,7 @@ impl FrameRun<'_> {
             self.go_on()?;
             picture.draw().map_err(|e| e.to_string())
         };
-        let timing = paired(|| draw(&baseline), || draw(&picture), PairBudget::default())?;
+        let timing = paired(|| draw(&baseline), || draw(&picture), pairs::budget())?;
         record.frame_ms = Some(timing.frame_ms);
         record.frame_ms_iqr = Some(timing.frame_ms_iqr);
         record.frame_cpu_ms = timing.frame_cpu_ms;

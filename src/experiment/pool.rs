@@ -1,8 +1,7 @@
 //! The figures of several frames as those of one cell.
 //!
-//! Errors of pictures are pooled as if all frames were one picture ([`ImageError::pooled`]). Times, and what is measured
-//! once for each frame, are medians over the frames; pixels and samples that differ are added up; of memory the frame
-//! that needs most counts.
+//! Errors of pictures are pooled as if all frames were one picture ([`ImageError::pooled`]). How each other column is pooled
+//! stands in the table of columns ([`Record::COLUMNS`]).
 
 use cvr_core::metrics::ImageError;
 
@@ -11,54 +10,20 @@ use super::record::Record;
 
 /// Enters what was measured of the frames. `errors` are those of the frames that were drawn to the end.
 pub fn enter(record: &mut Record, frames: &[Record], errors: &[PictureErrors]) {
-    let Some(first) = frames.first() else { return };
+    if frames.is_empty() {
+        return;
+    }
     if let [only] = frames {
         let frames = (record.first_frame, record.last_frame);
         *record = only.clone();
         (record.first_frame, record.last_frame) = frames;
         return;
     }
-    record.image = first.image.clone();
-    record.error_image = first.error_image.clone();
-    record.filtering = first.filtering.clone();
-    record.frame_clock = first.frame_clock.clone();
     if !errors.is_empty() {
         let pooled = |of: fn(&PictureErrors) -> ImageError| ImageError::pooled(errors.iter().map(of));
         PictureErrors { reference: pooled(|e| e.reference), raw: pooled(|e| e.raw) }.enter(record);
     }
-    let mid = |field: fn(&Record) -> Option<f64>| median(frames.iter().filter_map(field).collect());
-    record.frame_ms = mid(|r| r.frame_ms);
-    record.frame_ms_iqr = mid(|r| r.frame_ms_iqr);
-    record.frame_cpu_ms = mid(|r| r.frame_cpu_ms);
-    record.relative_frame_time = mid(|r| r.relative_frame_time);
-    record.relative_frame_time_iqr = mid(|r| r.relative_frame_time_iqr);
-    record.device_decode_ms = mid(|r| r.device_decode_ms);
-    record.skipping_gain = mid(|r| r.skipping_gain);
-    record.skipping_gain_iqr = mid(|r| r.skipping_gain_iqr);
-    record.empty_macrocells = mid(|r| r.empty_macrocells);
-    record.macrocell_seconds = mid(|r| r.macrocell_seconds);
-    let most = |field: fn(&Record) -> Option<u64>| frames.iter().filter_map(field).max();
-    record.resident_bytes = most(|r| r.resident_bytes);
-    record.device_decode_bytes = most(|r| r.device_decode_bytes);
-    let sum = |field: fn(&Record) -> Option<u64>| frames.iter().filter_map(field).reduce(|a, b| a + b);
-    record.parity_mismatches = sum(|r| r.parity_mismatches);
-    record.skipping_mismatches = sum(|r| r.skipping_mismatches);
-    record.frame_pairs = frames.iter().filter_map(|r| r.frame_pairs).reduce(|a, b| a + b);
-    // Remarks of frames follow those of the cell, equal ones once.
-    let own = record.notes.clone().unwrap_or_default();
-    let mut said: Vec<&str> = own.split("; ").collect();
-    for remark in frames.iter().filter_map(|r| r.notes.as_deref()).flat_map(|notes| notes.split("; ")) {
-        if !said.contains(&remark) {
-            record.remark(remark);
-            said.push(remark);
-        }
-    }
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let upper = values.get(values.len() / 2)?;
-    Some((values[(values.len() - 1) / 2] + upper) / 2.0)
+    record.pool(frames);
 }
 
 #[cfg(test)]
@@ -98,7 +63,6 @@ mod tests {
         let expected = -10.0 * 0.0075_f64.log10();
         assert!((record.image_psnr_db.unwrap() - expected).abs() < 1e-5);
         assert_eq!(record.visible_pixels, Some(400));
-        assert_eq!(median(vec![4.0, 1.0]), Some(2.5));
     }
 
     #[test]

@@ -4,6 +4,9 @@ use cvr_core::volume::Replaced;
 use cvr_engine::{RayPieces, TextureFallback};
 use serde::{Deserialize, Serialize};
 
+use super::columns::{Column, Format, Shown, Value, columns};
+use super::pooled;
+
 /// How a cell ended.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -15,184 +18,182 @@ pub enum Status {
     Failed,
 }
 
-/// Writes [`Record`]; the figures that are listed stand behind all other columns but those from `series` on, which came after
-/// them.
+impl<'a> From<&'a Status> for Value<'a> {
+    fn from(status: &'a Status) -> Self {
+        Self::Text(Some(match status {
+            Status::Ok => "ok",
+            Status::Failed => "failed",
+        }))
+    }
+}
+
+/// Columns in the order of the fields of [`Record`]; each says what the field is, how the values of several frames become that
+/// of a cell (a function of [`pooled`]), and how a report shows it ([`Shown`]).
+///
+/// The figures that are listed stand behind all other columns but those from `series` on, which came after them.
 macro_rules! record {
     ($($figure:ident)*) => {
-        /// The result of one cell. `None` = not measured or not defined; in CSV an empty field. PSNR of identical data is
-        /// infinite: `inf` in CSV, `null` in JSON with `max_abs_error` 0.
-        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-        pub struct Record {
+        columns! {
             /// Volume name.
-            pub volume: String,
+            volume: String, of_cell, Shown::new("volume", Format::Text);
             /// Codec id; behind a colon its setting `name`, if it has one (`external:sz3`).
-            pub codec: String,
+            codec: String, of_cell, Shown::new("codec", Format::Text);
             /// Settings, `name=value` separated by spaces.
-            pub settings: String,
+            settings: String, of_cell, Shown::new("settings", Format::Settings);
             /// Decode site.
-            pub site: String,
+            site: String, of_cell, Shown::new("site", Format::Text);
             /// Filter.
-            pub filter: String,
+            filter: String, of_cell, Shown::new("filter", Format::Text);
             /// Renderer: its id, with the settings that differ from the defaults.
-            pub renderer: String,
+            renderer: String, of_cell, Shown::new("renderer", Format::Text).secondary();
             /// Scene name.
-            pub scene: String,
+            scene: String, of_cell, Shown::new("scene", Format::Text);
             /// Adapter name, or `cpu`.
-            pub device: String,
+            device: String, of_cell, Shown::new("device", Format::Text).secondary();
             /// Driver and its version.
-            pub driver: String,
+            driver: String, of_cell, Shown::new("driver", Format::Text).secondary();
             /// How it ended.
-            pub status: Status,
+            status: Status, of_cell, Shown::new("status", Format::Text);
             /// Why it failed.
-            pub error: Option<String>,
+            error: Option<String>, of_cell, Shown::new("error", Format::Text);
             /// Voxels of all frames.
-            pub voxels: u64,
+            voxels: u64, of_cell, Shown::new("voxels", Format::Count).secondary();
             /// Frames.
-            pub frames: u32,
+            frames: u32, of_cell, Shown::new("frames", Format::Count).secondary();
             /// Bits of the whole file per voxel.
-            pub bits_per_voxel: Option<f64>,
+            bits_per_voxel: Option<f64>, of_cell,
+                Shown::new("bits per voxel", Format::Short).axis("bits per voxel, whole file");
             /// Length of the encoded file.
-            pub file_bytes: Option<u64>,
+            file_bytes: Option<u64>, of_cell, Shown::new("file", Format::Bytes).axis("size of the file, bytes");
             /// Bytes in device memory for the volume.
-            pub resident_bytes: Option<u64>,
+            resident_bytes: Option<u64>, most,
+                Shown::new("in device memory", Format::Bytes).axis("in device memory, bytes").secondary();
             /// Wall seconds to encode.
-            pub encode_seconds: Option<f64>,
+            encode_seconds: Option<f64>, of_cell,
+                Shown::new("encode, s", Format::Short).axis("encoding, s").secondary();
             /// Wall seconds to decode all frames on the CPU.
-            pub decode_seconds: Option<f64>,
+            decode_seconds: Option<f64>, of_cell,
+                Shown::new("decode, s", Format::Short).axis("decoding on the CPU, s").secondary();
             /// Voxels decoded per wall second on the CPU.
-            pub decode_voxels_per_second: Option<f64>,
+            decode_voxels_per_second: Option<f64>, of_cell,
+                Shown::new("Mvoxel/s", Format::Millions).axis("decoding on the CPU, voxels/s").secondary();
             /// PSNR of the voxels; peak = max − min, integers rounded first.
-            pub psnr_db: Option<f64>,
+            psnr_db: Option<f64>, of_cell, Shown::figure(Format::Fixed(2));
             /// The same without 4³ blocks within 2 % of the modal value.
-            pub foreground_psnr_db: Option<f64>,
+            foreground_psnr_db: Option<f64>, of_cell, Shown::figure(Format::Fixed(2)).secondary();
             /// Largest difference of a voxel, integers rounded first.
-            pub max_abs_error: Option<f64>,
+            max_abs_error: Option<f64>, of_cell, Shown::figure(Format::Short);
             /// The codec's promise for it.
-            pub error_bound: Option<f64>,
+            error_bound: Option<f64>, of_cell,
+                Shown::new("bound", Format::Short).axis("bound of the error, data units");
             /// PSNR of the picture against the reference (uncompressed, manual linear), per visible pixel.
-            pub image_psnr_db: Option<f64>,
+            image_psnr_db: Option<f64>, of_pictures, Shown::figure(Format::Fixed(2));
             /// SSIM against the reference, per visible pixel.
-            pub image_ssim: Option<f64>,
+            image_ssim: Option<f64>, of_pictures, Shown::figure(Format::Fixed(4));
             /// PSNR against raw under the same site and filter.
-            pub codec_image_psnr_db: Option<f64>,
+            codec_image_psnr_db: Option<f64>, of_pictures, Shown::figure(Format::Fixed(2)).secondary();
             /// SSIM against raw under the same site and filter.
-            pub codec_image_ssim: Option<f64>,
+            codec_image_ssim: Option<f64>, of_pictures, Shown::figure(Format::Fixed(4)).secondary();
             /// Median frame time.
-            pub frame_ms: Option<f64>,
+            frame_ms: Option<f64>, median, Shown::new("frame, ms", Format::Short).axis("frame time, ms");
             /// Interquartile range of the frame time.
-            pub frame_ms_iqr: Option<f64>,
+            frame_ms_iqr: Option<f64>, median,
+                Shown::new("its IQR, ms", Format::Short).axis("IQR of the frame time, ms").secondary();
             /// Median process CPU time per frame.
-            pub frame_cpu_ms: Option<f64>,
+            frame_cpu_ms: Option<f64>, median,
+                Shown::new("CPU per frame, ms", Format::Short).axis("CPU time per frame, ms").secondary();
             /// Which clock `frame_ms` used: `timestamp` or `wall`.
-            pub frame_clock: Option<String>,
+            frame_clock: Option<String>, first, Shown::new("clock", Format::Text).secondary();
             /// Median of the paired ratio to raw texture + hardware linear.
-            pub relative_frame_time: Option<f64>,
+            relative_frame_time: Option<f64>, median,
+                Shown::new("relative frame time", Format::Short).axis("frame time ÷ baseline A");
             /// The picture, relative to the report.
-            pub image: Option<String>,
+            image: Option<String>, first, Shown::PICTURE;
             /// Whole-frame PSNR of the picture.
-            pub image_psnr_whole_db: Option<f64>,
+            image_psnr_whole_db: Option<f64>, of_pictures, Shown::figure(Format::Fixed(2)).secondary();
             /// Whole-frame SSIM of the picture.
-            pub image_ssim_whole: Option<f64>,
+            image_ssim_whole: Option<f64>, of_pictures, Shown::figure(Format::Fixed(4)).secondary();
             /// The error picture, relative to the report.
-            pub error_image: Option<String>,
+            error_image: Option<String>, first, Shown::PICTURE;
             /// `hardware` or `manual`: who interpolated.
-            pub filtering: Option<String>,
+            filtering: Option<String>, first, Shown::new("filtered by", Format::Text).secondary();
             /// Interquartile range of the paired ratio.
-            pub relative_frame_time_iqr: Option<f64>,
+            relative_frame_time_iqr: Option<f64>, median,
+                Shown::new("its IQR", Format::Short).axis("IQR of frame time ÷ baseline A").secondary();
             /// Pairs that were timed.
-            pub frame_pairs: Option<u32>,
+            frame_pairs: Option<u32>, sum, Shown::new("pairs", Format::Count).axis("pairs timed").secondary();
             /// Samples on which the generated shader, or a texture unit that decodes blocks, and the CPU decoder disagree
             /// beyond what is stated of them.
-            pub parity_mismatches: Option<u64>,
+            parity_mismatches: Option<u64>, sum, Shown::new("parity mismatches", Format::Parity).secondary();
             /// NaN, infinite and subnormal samples replaced before encoding.
-            pub replaced_samples: u64,
+            replaced_samples: u64, of_cell, Shown::new("replaced samples", Format::Count).secondary();
             /// Remarks, separated by `; `.
-            pub notes: Option<String>,
+            notes: Option<String>, remarks, Shown::new("notes", Format::Text).secondary();
             /// Median time in which the device decodes the frame into a texture, at the site *deferred*; by the device's
             /// timestamps where all runs have believable ones, else by the wall clock. `frame_ms` does not hold it. Cells of one
             /// codec and its settings share the decode, and so this figure.
-            pub device_decode_ms: Option<f64>,
+            device_decode_ms: Option<f64>, median,
+                Shown::new("decode on the device, ms", Format::Short).axis("decoding on the device, ms").secondary();
             /// Bytes on the device while it decodes that frame: those of `resident_bytes`, scratch buffers, and the buffer
             /// through which texels go into the texture. Staging for uploads is not counted.
-            pub device_decode_bytes: Option<u64>,
+            device_decode_bytes: Option<u64>, most,
+                Shown::new("on the device meanwhile", Format::Bytes)
+                    .axis("on the device while decoding, bytes")
+                    .secondary();
             /// Whether empty macrocells are skipped. The columns that follow are those of such cells.
             #[serde(default)]
-            pub skipping: bool,
+            skipping: bool, of_cell, Shown::new("skipping", Format::Text);
             /// What skipping gains: median of the paired ratio of the frame time without it to that with it.
-            pub skipping_gain: Option<f64>,
+            skipping_gain: Option<f64>, median, Shown::new("gain of skipping", Format::Short);
             /// Interquartile range of that ratio.
-            pub skipping_gain_iqr: Option<f64>,
+            skipping_gain_iqr: Option<f64>, median, Shown::new("its IQR", Format::Short).secondary();
             /// Share of macrocells that show nothing in this scene, `0.0..=1.0`.
-            pub empty_macrocells: Option<f64>,
+            empty_macrocells: Option<f64>, median, Shown::new("empty macrocells", Format::Fixed(3)).secondary();
             /// Pixels in which the picture differs, in any bit, from that without skipping; any fails the cell.
-            pub skipping_mismatches: Option<u64>,
+            skipping_mismatches: Option<u64>, sum,
+                Shown::new("pixels that skipping changes", Format::Count).secondary();
             /// Wall seconds on the CPU to decode the first frame macrocell by macrocell for the ranges of its values, once per
             /// volume, codec and settings. No frame time holds it.
-            pub macrocell_seconds: Option<f64>,
+            macrocell_seconds: Option<f64>, median, Shown::new("ranges of macrocells, s", Format::Short).secondary();
             /// Stages of the stream that were decoded, of those that it has; `None` for all. Errors and times are those of this
             /// level; the file, and so its rate, is that of all stages.
             #[serde(default)]
-            pub stages: Option<u8>,
+            stages: Option<u8>, of_cell, Shown::new("stages", Format::Stages);
             /// PSNR of red, green and blue, with the peak of the whole volume; of colour volumes alone.
-            pub psnr_red_db: Option<f64>,
+            psnr_red_db: Option<f64>, of_cell, Shown::figure(Format::Fixed(2)).secondary();
             /// Of green.
-            pub psnr_green_db: Option<f64>,
+            psnr_green_db: Option<f64>, of_cell, Shown::figure(Format::Fixed(2)).secondary();
             /// Of blue.
-            pub psnr_blue_db: Option<f64>,
+            psnr_blue_db: Option<f64>, of_cell, Shown::figure(Format::Fixed(2)).secondary();
             /// First frame that is drawn, counted from 0.
             #[serde(default)]
-            pub first_frame: u32,
+            first_frame: u32, of_cell, Shown::new("first drawn", Format::Count).secondary();
             /// Last frame that is drawn. Of several, errors of pictures are pooled, times are medians.
             #[serde(default)]
-            pub last_frame: u32,
+            last_frame: u32, of_cell, Shown::new("last drawn", Format::Count).secondary();
             /// The figures of the single frames, relative to the report; of volumes of several frames alone.
-            pub frame_figures: Option<String>,
+            frame_figures: Option<String>, of_cell, Shown::new("figures of frames", Format::File).secondary();
             /// Histogram of the errors of the voxels, relative to the report.
             #[serde(default)]
-            pub error_histogram: Option<String>,
-            $(
-                #[doc = concat!("`", stringify!($figure), "`, as `cvr_core::metrics::figures` and `docs/user/evaluation.md` define it.")]
-                #[serde(default)]
-                pub $figure: Option<f64>,
-            )*
+            error_histogram: Option<String>, of_cell, Shown::new("histogram of errors", Format::File).secondary();
+            [$($figure)*]
             /// The settings that make another method of the codec and not another rate of the same, `name=value` separated by
             /// spaces, as the codec lists them: cells that agree in codec and series lie on one curve.
             #[serde(default)]
-            pub series: String,
+            series: String, of_cell, Shown::new("curve", Format::Series).secondary();
             /// Pixels of the reference that are visible, in all frames that are drawn. 0: the scene shows nothing, and no
             /// figure of pictures is defined.
             #[serde(default)]
-            pub visible_pixels: Option<u64>,
+            visible_pixels: Option<u64>, of_pictures, Shown::new("visible pixels", Format::Count).secondary();
             /// Bytes of the encoded file without its header: what the codec wrote, codebooks included.
             #[serde(default)]
-            pub payload_bytes: Option<u64>,
+            payload_bytes: Option<u64>, of_cell,
+                Shown::new("without header", Format::Bytes).axis("size without the header, bytes").secondary();
             /// Resolution that was decoded; 0 is the full one, and each step halves every axis. Pictures are drawn at the volume's
             /// size, and compared with the reference of the full volume; errors of voxels are those of the level brought to the
             /// volume's size by the filter *linear*.
             #[serde(default)]
-            pub resolution: u8,
-        }
-
-        impl Record {
-            /// The figures that are listed, with their columns' names.
-            pub fn figures_mut(&mut self) -> Vec<(&'static str, &mut Option<f64>)> {
-                vec![$((stringify!($figure), &mut self.$figure)),*]
-            }
-
-            /// A figure that is listed; `None` for other columns too.
-            #[must_use]
-            pub fn figure(&self, name: &str) -> Option<f64> {
-                match name {
-                    $(stringify!($figure) => self.$figure,)*
-                    _ => None,
-                }
-            }
-        }
-
-        /// Whether a column is a figure that is listed.
-        #[must_use]
-        pub fn is_listed(name: &str) -> bool {
-            [$(stringify!($figure)),*].contains(&name)
+            resolution: u8, of_cell, Shown::new("resolution", Format::Count);
         }
     };
 }
@@ -236,10 +237,7 @@ impl Record {
 
     /// Adds a remark.
     pub fn remark(&mut self, text: &str) {
-        match &mut self.notes {
-            Some(notes) => notes.extend(["; ", text]),
-            None => self.notes = Some(text.to_owned()),
-        }
+        pooled::add_remark(&mut self.notes, text);
     }
 
     /// Remarks on what stands in for texture formats and filters that a device lacks, in the cell's own texture and

@@ -7,7 +7,7 @@ use std::time::Instant;
 use cvr_core::codec::Decoder;
 use cvr_core::render::{Image, MacrocellRanges, Macrocells, TransferFunction};
 use cvr_core::volume::{FrameIndex, Level};
-use cvr_engine::timing::{FrameTime, PairBudget, paired};
+use cvr_engine::timing::{FrameTime, paired};
 
 use super::latest::Latest;
 use super::record::Record;
@@ -88,7 +88,7 @@ pub fn time_gain<E>(
     with: impl FnMut() -> Result<FrameTime, E>,
     without: impl FnMut() -> Result<FrameTime, E>,
 ) -> Result<(), E> {
-    let timing = paired(with, without, PairBudget::default())?;
+    let timing = paired(with, without, super::pairs::budget())?;
     record.skipping_gain = Some(timing.relative);
     record.skipping_gain_iqr = Some(timing.relative_iqr);
     Ok(())

@@ -4,8 +4,8 @@ use minijinja::{Value, context};
 
 use super::bjontegaard::{Curve, LEAST_POINTS, Refused, decibels, log_rate, percent};
 use super::cells::{View, distinct, views, volumes};
-use super::charts::Sheet;
 use super::curves::{Measure, Named, of_view, of_volume};
+use super::figure::Sheet;
 use super::number::fixed;
 use crate::experiment::labels::Labels;
 use crate::experiment::record::Record;

@@ -16,6 +16,7 @@ mod curves;
 mod data;
 mod earlier;
 mod embed;
+mod figure;
 mod noise;
 mod number;
 mod page;

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use minijinja::{AutoEscape, Environment, Value, context};
 
-use super::beside::{ALL_VOLUMES, Figure};
 use super::cells::volumes;
 use super::chart::Mark;
 use super::charts::Palette;
 use super::embed::{EMBEDDED_BYTES, Pictures, link};
+use super::figure::{ALL_VOLUMES, Figure};
 use super::{BJONTEGAARD, ReportError, bd_table, data, pictures, script, summary, table};
 use crate::experiment::folder::CHARTS;
 use crate::experiment::labels::Labels;

@@ -3,7 +3,7 @@
 use cvr_core::stability::{Reason, Subject, Verdict, first_at_least};
 use serde::Serialize;
 
-use super::atlas::{Row, VOXELS};
+use super::row::{Row, VOXELS};
 
 /// Where a codec breaks on a dial.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -10,5 +10,6 @@ pub mod encoder;
 pub mod measured;
 pub mod plan;
 pub mod report;
+pub mod row;
 pub mod runner;
 pub mod scenes;

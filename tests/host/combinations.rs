@@ -4,7 +4,9 @@
 //! Everything is enumerated from the registry and the codecs' own schemas: a new codec or renderer is tested the
 //! day it is registered.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use cvr::registry::{Names, renderers};
 use cvr::site::coded::CodedFrame;
@@ -18,14 +20,15 @@ use cvr_core::pipeline::{
 };
 use cvr_core::render::{Camera, ControlPoint, Filter, Projection, Renderer, TransferFunction, View};
 use cvr_core::shader::{
-    BindingLimits, DeferredShaders, GeneratedShader, Program, Request, ShaderError, Source,
-    TextureSampling, generate, generate_decode,
+    BindingLimits, DeferredShaders, GeneratedShader, Program, Request, Source, TextureSampling,
+    generate_decode,
 };
 use cvr_core::volume::{Axis, FrameIndex, Level, SampleType};
 use rayon::prelude::*;
 
 use super::configs::COMPARE;
 use super::copies::{decoders, held};
+use super::once::{generated, in_text, once};
 use super::volumes::{opened, varied};
 
 const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
@@ -141,7 +144,7 @@ pub fn shader(
     view: &View,
     decoder: &dyn Decoder,
     source: &Source<'_>,
-) -> Result<GeneratedShader, String> {
+) -> Result<Arc<GeneratedShader>, String> {
     let mut source = source.clone();
     let plan = match source {
         Source::Ring { .. } => renderer.plan_layers(view, decoder.layout()),
@@ -159,26 +162,29 @@ pub fn shader(
         filter: Some(view.filter),
         limits: BindingLimits::default(),
     };
-    generate(&request).map_err(|ShaderError(problem)| format!("generator: {problem}"))
+    generated(&request).map_err(|problem| format!("generator: {problem}"))
 }
 
-/// The passes that decode a frame into texels of the decoder's own form; the last one packs them.
-fn decode_pass(codec: &str, decoder: &dyn Decoder) -> Result<GeneratedShader, String> {
+/// The pass that packs what the passes of a codec have decoded, or that decodes layers across z by its snippet.
+fn decode_pass(codec: &str, decoder: &dyn Decoder) -> Result<Arc<GeneratedShader>, String> {
+    if decoder.frame_decode().is_none() {
+        return layer_pass(codec, decoder, Axis::Z);
+    }
     let (key, format) = ((FrameIndex::FIRST, Level::FULL), decoder.decoded_form().format);
     DeferredShaders::generate(codec, decoder, key, format, BindingLimits::default())
-        .map(|shaders| shaders.pack)
+        .map(|shaders| Arc::new(shaders.pack))
         .map_err(|problem| format!("decode pass: {problem}"))
 }
 
-/// The pass that decodes layers, across each axis.
-fn layer_passes(codec: &str, decoder: &dyn Decoder) -> Result<(), String> {
+/// The pass that decodes layers across an axis.
+fn layer_pass(codec: &str, decoder: &dyn Decoder, axis: Axis) -> Result<Arc<GeneratedShader>, String> {
     let (key, format) = ((FrameIndex::FIRST, Level::FULL), decoder.decoded_form().format);
-    for axis in Axis::ALL {
-        let limits = BindingLimits::default();
-        DeferredShaders::generate_layers(codec, decoder, key, (format, axis), limits)
-            .map_err(|problem| format!("layers across {axis:?}: {problem}"))?;
-    }
-    Ok(())
+    let asked = decoder.shader().map(|_| source(codec, decoder, Site::Inline, TextureSampling::Manual));
+    once(&(codec, asked, in_text(decoder.layout()), format, axis), || {
+        DeferredShaders::generate_layers(codec, decoder, key, (format, axis), BindingLimits::default())
+            .map(|shaders| shaders.pack)
+            .map_err(|problem| format!("layers across {axis:?}: {problem}"))
+    })
 }
 
 /// One codec with one set of settings under everything else: how often a shader was made, and what was refused.
@@ -195,6 +201,7 @@ fn pictures(
             let decoder = opened(codec.as_ref(), settings, &varied(SIZE, sample, channels));
             let cells =
                 resolution.cells.iter().filter(|c| c.codec == codec.info().id && c.settings == *settings);
+            let decoded_by = OnceCell::new();
             for cell in cells {
                 // With settings a renderer is here for the ring; its other shaders are those of its defaults, as far as
                 // a codec can tell.
@@ -212,7 +219,9 @@ fn pictures(
                         let source = source(&cell.codec, decoder.as_ref(), cell.site, sampling);
                         let view = view(cell.filter, projection);
                         let decoded = match cell.site.decoded_by() {
-                            DecodedBy::Passes => decode_pass(&cell.codec, decoder.as_ref()).map(drop),
+                            DecodedBy::Passes => decoded_by
+                                .get_or_init(|| decode_pass(&cell.codec, decoder.as_ref()).map(drop))
+                                .clone(),
                             DecodedBy::Shader | DecodedBy::Cpu => Ok(()),
                         };
                         let drawn = shader(renderer.as_ref(), &view, decoder.as_ref(), &source);
@@ -329,8 +338,10 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
             let pass = decode_pass(&cell.codec, decoder.as_ref());
             let pass = pass.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
             assert!(decoders(&cell.codec, &pass) <= 1, "{}", cell.id());
-            let passes = layer_passes(&cell.codec, decoder.as_ref());
-            passes.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
+            for axis in Axis::ALL {
+                let pass = layer_pass(&cell.codec, decoder.as_ref(), axis);
+                pass.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
+            }
             let dumps = [Some(cvr_shaders::DUMP), codec.info().fetch_cell.then_some(cvr_shaders::DUMP_CELL)];
             for template in dumps.into_iter().flatten() {
                 let request = Request {
@@ -340,10 +351,10 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
                     filter: None,
                     limits: BindingLimits::default(),
                 };
-                let made = generate(&request);
+                let made = generated(&request);
                 let shader = made.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
                 assert_eq!(decoders(&cell.codec, &shader), 1, "{}", cell.id());
-                let text = shader.wgsl;
+                let text = &shader.wgsl;
                 assert_eq!(text.contains("alias Voxel = vec3<f32>;"), channels == 3);
                 generated += 1;
             }

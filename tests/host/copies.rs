@@ -1,6 +1,9 @@
 //! How often a codec's decoder stands in a shader once calls are replaced by what they call, as software rasterisers compile
 //! it.
 
+use std::collections::HashMap;
+use std::sync::Mutex;
+
 use cvr_core::shader::{GeneratedShader, MOST_INLINED_OPERATIONS};
 
 /// What a block calls, itself or in blocks within it.
@@ -41,10 +44,18 @@ pub fn copies(text: &str, entry: &str, names: &[&str]) -> u64 {
     called(&entry.function, &of_functions)
 }
 
-/// Copies of a codec's `fetch` and `fetch_cell`.
+/// Copies of a codec's `fetch` and `fetch_cell`. Those of a text are counted once.
 pub fn decoders(codec: &str, shader: &GeneratedShader) -> u64 {
+    static COUNTED: Mutex<Option<HashMap<blake3::Hash, u64>>> = Mutex::new(None);
+    let asked = format!("{codec} {} {}", shader.entry, shader.wgsl);
+    let key = blake3::hash(asked.as_bytes());
+    if let Some(copies) = COUNTED.lock().unwrap().get_or_insert_default().get(&key) {
+        return *copies;
+    }
     let [fetch, cell] = ["fetch", "fetch_cell"].map(|function| format!("{codec}_{function}"));
-    copies(&shader.wgsl, &shader.entry, &[&fetch, &cell])
+    let copies = copies(&shader.wgsl, &shader.entry, &[&fetch, &cell]);
+    COUNTED.lock().unwrap().get_or_insert_default().insert(key, copies);
+    copies
 }
 
 /// The promise of the generator: a decoder stands in a shader once, or else the whole shader is short.

@@ -139,3 +139,45 @@ fn an_unknown_word_is_an_error_before_anything_is_built() {
         }
     }
 }
+
+/// A test binary in a folder of this name, run as `./test` runs each: exit code, what it printed, and the times. One that
+/// `knows_times` answers when asked for them.
+fn run_timed(folder_name: &str, knows_times: bool) -> (Option<i32>, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let (deps, times) = (folder.path().join(folder_name), folder.path().join("times"));
+    std::fs::create_dir(&deps).unwrap();
+    let (binary, listed) = (deps.join("fake-test-0123"), i32::from(!knows_times));
+    let text = format!(
+        "#!/bin/sh\ncase \" $* \" in *' --list '*) exit {listed} ;; esac\necho \"given: $*\"\n\
+         echo 'test a::b ... ok <1.250s>'\necho 'test c - should panic ... FAILED <0.500s>'\nexit 101\n"
+    );
+    // Not written by this process: a program cannot be run while any other one that was just forked holds it open.
+    let mut write = Command::new("sh");
+    write.args(["-c", "printf %s \"$1\" > \"$2\" && chmod +x \"$2\"", "sh", &text]).arg(&binary);
+    assert!(write.status().unwrap().success());
+    let mut script = Command::new(root().join(".ci/timed.sh"));
+    let output = script.arg(&binary).args(["--quiet", "some_name"]).env("CVR_TEST_TIMES", &times).output();
+    let output = output.unwrap();
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    (output.status.code(), printed, std::fs::read_to_string(&times).unwrap_or_default())
+}
+
+#[test]
+fn tests_are_timed_and_nothing_else_about_them_changes() {
+    let (code, printed, times) = run_timed("deps", true);
+    assert_eq!(code, Some(101));
+    assert_eq!(
+        printed,
+        "given: -Zunstable-options --report-time some_name\ntest c - should panic ... FAILED <0.500s>\n"
+    );
+    assert_eq!(times, "1.250\tfake-test\ta::b\n0.500\tfake-test\tc\n");
+}
+
+#[test]
+fn what_cannot_be_timed_runs_as_it_is() {
+    for (folder, knows_times) in [("deps", false), ("elsewhere", true)] {
+        let (code, printed, times) = run_timed(folder, knows_times);
+        assert_eq!((code, times.as_str()), (Some(101), ""), "{folder}");
+        assert!(printed.starts_with("given: --quiet some_name\ntest a::b ... ok"), "{folder}: {printed}");
+    }
+}

@@ -55,7 +55,7 @@ fn text_by(label: &str, scene: &Scene) -> String {
     let decoder = opened(codec.as_ref(), &settings, &varied([13, 17, 23], SampleType::U8, 1));
     let source = source(scene.codec, decoder.as_ref(), scene.site, scene.sampling);
     let view = scene.optics.of(view(scene.filter, scene.projection), decoder.as_ref());
-    shader(renderer(label).unwrap().as_ref(), &view, decoder.as_ref(), &source).unwrap().wgsl
+    shader(renderer(label).unwrap().as_ref(), &view, decoder.as_ref(), &source).unwrap().wgsl.clone()
 }
 
 /// The origins of the parts, in their order.

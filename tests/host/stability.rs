@@ -5,11 +5,12 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use cvr::experiment::folder::{Existing, OutFolder};
 use cvr::registry::codecs;
-use cvr::stability::atlas::{Atlas, VOXELS};
+use cvr::stability::atlas::Atlas;
 use cvr::stability::claim::claim;
 use cvr::stability::config::Config;
 use cvr::stability::plan::Plan;
 use cvr::stability::report::{self, Provenance};
+use cvr::stability::row::VOXELS;
 use cvr::stability::runner::{Outcome, Run};
 use cvr_core::codec::{
     Codec, CodecInfo, ConfigError, DecodeError, Decoder, EncodeError, EncodeReport, Encoder, Progress,

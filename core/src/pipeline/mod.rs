@@ -10,6 +10,7 @@ mod colour;
 mod config;
 mod document;
 mod file_path;
+mod keys;
 mod overrides;
 mod parse;
 mod read;
@@ -28,6 +29,7 @@ pub use config::{
 };
 pub use document::Document;
 pub use file_path::{FilePath, FilePathError, UnsetVariable};
+pub use keys::number;
 pub use parse::{InvalidExperiment, Known};
 pub use resolve::{
     Capabilities, Reason, Refusal, Resolution, missing_level, resolve, undrawable, unsupported,

@@ -1,7 +1,8 @@
 //! `--set key=value`: changing a document before it is read.
 
 use super::document::{Document, Entry, Node, Value};
-use super::parse::{SCENE_KEYS, VOLUME_KEYS};
+use super::keys;
+use super::parse::VOLUME_KEYS;
 use super::suggest::ways_out;
 use crate::diagnostic::{Diagnostic, Place, SourceText};
 
@@ -86,11 +87,12 @@ fn parse_path(whole: &Place, key: &str) -> Result<Vec<Segment>, Diagnostic> {
 }
 
 /// Lists of tables: the key that names a table, and the keys that each has.
-fn list_of_tables(name: &str) -> Option<(&'static str, &'static [&'static str])> {
+fn list_of_tables(name: &str) -> Option<(&'static str, Vec<String>)> {
+    let owned = |keys: &[&str]| keys.iter().map(|&key| key.to_owned()).collect();
     match name {
-        "volume" => Some(("name", VOLUME_KEYS)),
-        "scene" => Some(("name", SCENE_KEYS)),
-        "codec" => Some(("id", &[])),
+        "volume" => Some(("name", owned(VOLUME_KEYS))),
+        "scene" => Some(("name", owned(&keys::scene::table().names()))),
+        "codec" => Some(("id", Vec::new())),
         _ => None,
     }
 }
@@ -118,7 +120,7 @@ fn assign(root: &mut Node, path: &[Segment], value: &Node) -> Result<(), Diagnos
     if !inner.is_empty() && names.contains(&first.name) {
         chosen.retain(|table| name_of(table, naming).as_ref() == Some(&first.name));
         path = inner;
-    } else if !inner.is_empty() && !keys.contains(&first.name.as_str()) {
+    } else if !inner.is_empty() && !keys.contains(&first.name) {
         let message = format!("no {} is called `{}`", section.name, first.name);
         let mut error = Diagnostic::new(message, first.place.clone(), format!("unknown {}", section.name));
         let known: Vec<&str> = names.iter().map(String::as_str).collect();

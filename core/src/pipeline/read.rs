@@ -1,6 +1,7 @@
 //! Reading typed values out of a document, each error with a caret under what is wrong.
 
 use super::document::{Entry, Node, Value};
+use super::keys::number::NumberKey;
 use super::suggest::ways_out;
 use crate::diagnostic::{Diagnostic, Place};
 
@@ -194,5 +195,11 @@ impl<'a> Fields<'a> {
         read: impl FnOnce(&'a Node) -> Result<T, Diagnostic>,
     ) -> Result<Option<T>, Diagnostic> {
         self.get(key).map(read).transpose()
+    }
+
+    /// A number within the bounds of its key, or what the key's absence stands for.
+    pub fn number(&self, key: &NumberKey) -> Result<f64, Diagnostic> {
+        let number = self.optional(key.name, |node| node.number(key.expected, |x| key.allows(x)))?;
+        Ok(number.unwrap_or(key.default()))
     }
 }

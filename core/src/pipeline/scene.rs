@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::FilePath;
+use super::{FilePath, parse_colour};
 use crate::render::{
     Camera, ClipBox, ColourOpacity, ControlPoint, Filter, Shading, TransferFunction, TransferFunctionError,
     View,
@@ -16,7 +16,7 @@ pub struct Scene {
     pub name: String,
     /// The volumes that it is for; `None` = all that no other scene names.
     pub volumes: Option<Vec<String>>,
-    /// Width and height in pixels, 1 to [`Scene::MAX_SIZE`]; default 256 × 256.
+    /// Width and height in pixels, 1 to [`Scene::MAX_SIZE`]; default [`Scene::DEFAULT_SIZE`].
     pub size: [u32; 2],
     /// Camera.
     pub camera: Camera,
@@ -24,7 +24,7 @@ pub struct Scene {
     pub control_points: Vec<ControlPoint>,
     /// What the values of the control points mean.
     pub domain: TransferDomain,
-    /// Distance between samples along a ray in voxel lengths, within [`Scene::STEP_VOXELS`]; default 0.5.
+    /// Distance between samples along a ray in voxel lengths, within [`number::STEP_VOXELS`](super::number::STEP_VOXELS).
     pub step_voxels: f32,
     /// A ray ends when its opacity reaches this, above 0 and at most 1 (= never); default 0.999.
     pub early_termination: f32,
@@ -114,8 +114,16 @@ impl TransferDomain {
 impl Scene {
     /// Longest side of a picture in pixels.
     pub const MAX_SIZE: u32 = 8192;
-    /// Steps that make sense: below, a frame takes minutes and shows nothing more; above, a ray misses the volume.
-    pub const STEP_VOXELS: std::ops::RangeInclusive<f32> = 0.01..=1000.0;
+    /// Width and height unless a configuration says otherwise.
+    pub const DEFAULT_SIZE: [u32; 2] = [256, 256];
+    /// Background unless it is said otherwise, as it is written.
+    pub const DEFAULT_BACKGROUND: &str = "#000000";
+
+    /// [`Scene::DEFAULT_BACKGROUND`] as RGB.
+    #[must_use]
+    pub fn default_background() -> [f32; 3] {
+        parse_colour(Self::DEFAULT_BACKGROUND).map_or([0.0; 3], |(rgb, _)| rgb)
+    }
 
     /// The view of a volume whose values lie in `range`.
     ///

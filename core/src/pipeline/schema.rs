@@ -1,21 +1,15 @@
-//! What a configuration may hold, as one table: every key with its type, unit, range, default and meaning.
+//! The table of keys (`keys`) as files: [`json_schema`] writes it for editors, [`markdown`] for people.
 //!
-//! [`json_schema`] writes it for editors, [`markdown`] for people. The parser is another thing, since it says with a
+//! The parser is another thing, since it says with a
 //! caret what is wrong; that both know the same keys and refuse the same values is tested wherever the parser is: every
 //! text that a test of the parser reads goes through the schema as well.
 
-mod codecs;
 mod json;
-mod keys;
 mod markdown;
-mod scene;
-mod shape;
 #[cfg(test)]
 pub(super) mod tests;
-mod volume;
-mod words;
 
-use super::Known;
+use super::{Known, keys};
 
 /// The JSON Schema (draft 07) of a configuration, with a line break at its end.
 ///

@@ -8,14 +8,13 @@ use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout};
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
 use super::axis::Range;
+use super::mark::RADIUS;
 use super::{Axis, Chart, Point, Scale, Shape};
 
 /// Width and height of a drawing in its own units, which are pixels at full size.
 pub const SIZE: [f64; 2] = [560.0, 400.0];
 /// The label of the topmost tick sticks out by half its height.
 pub(super) const HEADROOM: f64 = 8.0;
-/// Radius of a mark.
-pub(super) const RADIUS: f64 = 5.2;
 
 impl Chart {
     /// The drawing, to be set into HTML: no namespace, no size, colours from the page.

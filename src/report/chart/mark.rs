@@ -4,6 +4,9 @@ use std::fmt::Write;
 
 use super::Colour;
 
+/// Radius of a mark.
+pub(super) const RADIUS: f64 = 5.2;
+
 /// Outline of a mark.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Shape {
@@ -124,7 +127,7 @@ impl Mark {
     /// SVG path around the origin, of the size that charts have.
     #[must_use]
     pub fn path_at_origin(&self) -> String {
-        self.path(0.0, 0.0, super::draw::RADIUS)
+        self.path(0.0, 0.0, RADIUS)
     }
 
     /// Fill and stroke as CSS values.

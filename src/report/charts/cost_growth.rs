@@ -3,11 +3,12 @@
 use super::super::cells::{distinct, ok, site_rank};
 use super::super::chart::{Axis, Chart, LegendEntry, Line, Mark, Point, Scale, Shape};
 use super::super::number::short;
+use super::Drawing;
 use super::marks::{Palette, number, title};
-use super::{Drawing, Sheet};
 use crate::experiment::labels::full_coding;
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::Record;
+use crate::report::figure::Sheet;
 
 /// Sizes that a fit needs: two points fit any power, and do not show whether growth is a power.
 const LEAST_SIZES: usize = 3;

@@ -7,13 +7,14 @@ use super::super::cells::{compressed, distinct, ok};
 use super::super::chart::{Axis, Chart, LegendEntry, Line, Point, Scale};
 use super::super::number::short;
 use super::super::pareto;
+use super::Drawing;
 use super::marks::{Palette, number, one_per_coding, title};
-use super::{Drawing, Sheet};
 use crate::experiment::error_histogram::Row;
 use crate::experiment::files::ERRORS;
 use crate::experiment::labels::full_coding;
 use crate::experiment::provenance::{Provenance, VolumeProvenance};
 use crate::experiment::record::Record;
+use crate::report::figure::Sheet;
 
 /// Rates that count as the same: the highest over the lowest.
 const SAME_RATE: f64 = 1.25;

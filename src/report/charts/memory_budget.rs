@@ -5,11 +5,12 @@ use super::super::cells::{Baseline, View, blends, shown};
 use super::super::chart::{Axis, Chart, Colour, Line, Mark, Point, Scale, Shape};
 use super::super::number::short;
 use super::super::pareto;
+use super::Drawing;
 use super::marks::{
     Palette, baseline_entries, baseline_mark, beaten_entries, filter_entries, number, site_entries, title,
 };
-use super::{Drawing, Sheet};
 use crate::experiment::record::Record;
+use crate::report::figure::Sheet;
 
 const MIB: f64 = 1_048_576.0;
 

@@ -13,10 +13,10 @@ pub(super) use marks::{Palette, baseline_mark, failure_entry, filter_entries};
 
 use std::path::Path;
 
-use super::beside::{Figure, file_name};
 use super::cells::{View, devices, views, volumes};
 use super::chart::Chart;
 use super::curves::Measure;
+use super::figure::{Figure, Sheet, file_name};
 use crate::experiment::provenance::Provenance;
 use crate::experiment::record::Record;
 
@@ -25,13 +25,6 @@ use crate::experiment::record::Record;
 pub(super) struct Drawing {
     pub(super) chart: Chart,
     pub(super) sheet: Option<Sheet>,
-}
-
-/// Lines of a CSV file.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Sheet {
-    pub(super) header: Vec<&'static str>,
-    pub(super) rows: Vec<Vec<String>>,
 }
 
 impl From<Chart> for Drawing {
@@ -45,16 +38,6 @@ impl Drawing {
         if let Some(sheet) = &mut self.sheet {
             sheet.row(values);
         }
-    }
-}
-
-impl Sheet {
-    pub(super) fn new(header: &[&'static str]) -> Self {
-        Self { header: header.to_vec(), rows: Vec::new() }
-    }
-
-    pub(super) fn row(&mut self, values: impl Iterator<Item = String>) {
-        self.rows.push(values.collect());
     }
 }
 

@@ -5,10 +5,11 @@ use super::super::cells::volumes;
 use super::super::chart::{Axis, Chart, LegendEntry, Line, Point, Scale};
 use super::super::curves::{Measure, of_volume};
 use super::super::number::{decibels, short};
+use super::Drawing;
 use super::marks::Palette;
 use super::rate_distortion::rate_axis;
-use super::{Drawing, Sheet};
 use crate::experiment::record::Record;
+use crate::report::figure::Sheet;
 
 /// Marks along a line.
 const MARKS: u32 = 9;

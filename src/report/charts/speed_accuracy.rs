@@ -3,12 +3,13 @@
 use super::super::cells::{Baseline, View, blends, compressed, ok};
 use super::super::chart::{Axis, Chart, Colour, Line, Mark, Point, Scale, Shape};
 use super::super::pareto;
+use super::Drawing;
 use super::marks::{
     Palette, Placed, baseline_entries, baseline_mark, beaten_entries, contest, failure_entries,
     filled_and_hollow, filter_entries, number, one_per_coding, site_entries, title,
 };
-use super::{Drawing, Sheet};
 use crate::experiment::record::Record;
+use crate::report::figure::Sheet;
 
 /// Relative frame time over the PSNR of the picture, with the cells that none beats.
 pub(super) fn frame_time(records: &[Record], palette: &Palette, view: &View, device: &str) -> Option<Chart> {

@@ -3,8 +3,9 @@
 use cvr_core::stability::{Subject, Verdict};
 
 use crate::report::chart::{Axis, Chart, Colour, LegendEntry, Line, Mark, Point, Scale, Shape};
-use crate::stability::atlas::{Atlas, Row, VOXELS};
+use crate::stability::atlas::Atlas;
 use crate::stability::encoder::EncoderMeasured;
+use crate::stability::row::{Row, VOXELS};
 
 /// A chart with its name as a file and its title.
 pub struct Curve {

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 
 use cvr_core::stability::{Reason, Subject, Verdict};
 
-use crate::stability::atlas::{Atlas, Row};
+use crate::stability::atlas::Atlas;
+use crate::stability::row::Row;
 
 /// Colours and what they mean, the best first.
 pub const LEGEND: [(&str, &str); 6] = [

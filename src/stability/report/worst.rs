@@ -10,9 +10,10 @@ use rayon::prelude::*;
 
 use crate::experiment::files::IMAGES;
 use crate::experiment::folder::OutFolder;
-use crate::stability::atlas::{Atlas, Row};
+use crate::stability::atlas::Atlas;
 use crate::stability::drawing::{BACKGROUND, Stage};
 use crate::stability::plan::Plan;
+use crate::stability::row::Row;
 use crate::stability::scenes::Provocation;
 
 /// How many are shown.

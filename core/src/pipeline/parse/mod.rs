@@ -7,7 +7,6 @@ mod settings;
 mod volume;
 
 pub(super) use pipeline::{ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
-pub(super) use scene::SCENE_KEYS;
 pub(super) use volume::VOLUME_KEYS;
 
 use std::error::Error;

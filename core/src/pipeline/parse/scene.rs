@@ -11,55 +11,34 @@ use super::name_of;
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::colour::parse_colour;
 use crate::pipeline::document::{Node, Value};
+use crate::pipeline::keys;
+use crate::pipeline::keys::number::{EARLY_TERMINATION, STEP_VOXELS};
 use crate::pipeline::read::Fields;
 use crate::pipeline::scene::Scene;
 
-/// Keys of a scene.
-pub(in crate::pipeline) const SCENE_KEYS: &[&str] = &[
-    "name",
-    "volumes",
-    "size",
-    "camera",
-    "transfer_function",
-    "transfer_function_domain",
-    "opacity",
-    "frame",
-    "shading",
-    "clip_box",
-    "step_voxels",
-    "early_termination",
-    "background",
-];
-
-/// What a scene has unless the configuration says otherwise.
-const DEFAULT_SIZE: [u32; 2] = [256, 256];
-const DEFAULT_STEP_VOXELS: f64 = 0.5;
-const DEFAULT_EARLY_TERMINATION: f64 = 0.999;
-
 pub(super) fn read(node: &Node) -> Result<Scene, Diagnostic> {
-    let fields = Fields::of("the scene", node, SCENE_KEYS)?;
+    let fields = Fields::of("the scene", node, &keys::scene::table().names())?;
     let name = name_of(&fields, "name = \"front\"")?;
     let what = format!("scene `{name}`");
     let fields = Fields::open(&what, node)?;
     let (control_points, domain) = transfer_function::read(&fields)?;
-    let step = fields.optional("step_voxels", |n| {
-        n.number("a step from 0.01 to 1000 voxels", |x| Scene::STEP_VOXELS.contains(&(x as f32)))
-    })?;
-    let termination = fields.optional("early_termination", |n| {
-        n.number("an opacity above 0 and at most 1", |x| x as f32 > 0.0 && x <= 1.0)
-            .map_err(|e| e.with_note("1 = every ray runs to its end"))
-    })?;
+    let step_voxels = fields.number(&STEP_VOXELS)? as f32;
+    let never = |e: Diagnostic| e.with_note("1 = every ray runs to its end");
+    let early_termination = fields.number(&EARLY_TERMINATION).map_err(never)? as f32;
+    if let (Some(node), true) = (fields.get(EARLY_TERMINATION.name), early_termination <= 0.0) {
+        return Err(never(node.not_allowed(EARLY_TERMINATION.expected)));
+    }
     let volumes =
         fields.optional("volumes", |n| n.one_or_many("volume", |item| item.text().map(str::to_owned)))?;
     Ok(Scene {
         volumes,
-        size: fields.optional("size", size)?.unwrap_or(DEFAULT_SIZE),
+        size: fields.optional("size", size)?.unwrap_or(Scene::DEFAULT_SIZE),
         camera: fields.optional("camera", camera::read)?.unwrap_or_default(),
         control_points,
         domain,
-        step_voxels: step.unwrap_or(DEFAULT_STEP_VOXELS) as f32,
-        early_termination: termination.unwrap_or(DEFAULT_EARLY_TERMINATION) as f32,
-        background: fields.optional("background", background)?.unwrap_or([0.0; 3]),
+        step_voxels,
+        early_termination,
+        background: fields.optional("background", background)?.unwrap_or_else(Scene::default_background),
         shading: fields.optional("shading", shading::read)?.flatten(),
         clip: fields.optional("clip_box", clip_box::read)?.flatten(),
         opacity: fields.optional("opacity", opacity::read)?.unwrap_or_default(),

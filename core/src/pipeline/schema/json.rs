@@ -2,8 +2,8 @@
 
 mod value;
 
-use super::shape::{Bounds, Key, Presence, Relation, Shape, Table};
 use crate::codec::SettingKind;
+use crate::pipeline::keys::shape::{Bounds, Key, Presence, Relation, Shape, Table};
 use value::Json;
 
 /// A name is not blank and holds no control characters.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::shape::{Bounds, Key, Presence, Shape, Table};
+use crate::pipeline::keys::shape::{Bounds, Key, Presence, Shape, Table};
 
 const INTRODUCTION: &str = "\
 # Configurations

@@ -2,6 +2,7 @@
 //! checked here: lengths and checksums of strips and tiles, and what a description promises beyond the pages.
 
 mod chunks;
+mod description;
 mod ome;
 mod pledges;
 mod promise;

@@ -96,7 +96,7 @@ fn spacing(attribute: &dyn Fn(&str) -> Option<String>) -> Result<Spacing, String
 mod tests {
     use cvr_core::volume::StoredType;
 
-    use super::super::promise;
+    use super::super::description;
     use super::*;
 
     const PAGE: Slice = Slice { width: 11, height: 7, channels: 1, stored: StoredType::U16 };
@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn sizes_and_spacings_are_read() {
         let sizes = "SizeZ=\"6\" SizeC=\"2\" SizeT=\"3\" PhysicalSizeX=\"0.5\" PhysicalSizeY=\"1.25\" PhysicalSizeZ=\"2\"";
-        let found = promise::read(&xml(sizes, "<TiffData IFD=\"0\"/>"), PAGE).unwrap().unwrap();
+        let found = description::read(&xml(sizes, "<TiffData IFD=\"0\"/>"), PAGE).unwrap().unwrap();
         assert_eq!((found.pages, found.slices, found.channels, found.frames), (Some(36), Some(6), 2, 3));
         assert_eq!(found.spacing, Spacing::Is([0.5, 1.25, 2.0]));
         assert_eq!(found.words(), "3 frames of 2 channels of 6 slices");
@@ -139,9 +139,9 @@ mod tests {
             (xml(&units, ""), "several units: µm, µm, nm"),
             ("<OME><BinaryOnly MetadataFile=\"a.companion.ome\"/></OME>".to_owned(), "another file"),
         ] {
-            let error = promise::read(&text, PAGE).unwrap_err();
+            let error = description::read(&text, PAGE).unwrap_err();
             assert!(error.contains(words), "{text}: {error}");
         }
-        assert_eq!(promise::read("<svg></svg>", PAGE), Ok(None));
+        assert_eq!(description::read("<svg></svg>", PAGE), Ok(None));
     }
 }

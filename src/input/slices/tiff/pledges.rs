@@ -5,7 +5,8 @@ use tiff::tags::{Tag, Type};
 
 use super::super::super::{InputError, Place};
 use super::super::{Slice, Stack};
-use super::promise::{Promise, Spacing, read};
+use super::description::read;
+use super::promise::{Promise, Spacing};
 use super::{Pages, broken};
 
 /// Longest description that is looked at. OME-XML of many planes takes some mebibytes.

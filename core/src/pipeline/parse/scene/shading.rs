@@ -2,10 +2,10 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::document::{Node, Value};
+use crate::pipeline::keys;
+use crate::pipeline::keys::number::{AMBIENT, DIFFUSE, SHININESS, SPECULAR};
 use crate::pipeline::read::Fields;
 use crate::render::{Light, Shading};
-
-const SHADING_KEYS: &[&str] = &["ambient", "diffuse", "specular", "shininess", "light", "direction"];
 
 /// `None` is unlit.
 pub(super) fn read(node: &Node) -> Result<Option<Shading>, Diagnostic> {
@@ -19,23 +19,16 @@ pub(super) fn read(node: &Node) -> Result<Option<Shading>, Diagnostic> {
 }
 
 fn table(node: &Node) -> Result<Shading, Diagnostic> {
-    let fields = Fields::of("the shading", node, SHADING_KEYS)?;
+    let fields = Fields::of("the shading", node, &keys::scene::shading().names())?;
     let lights = [("camera", Light::Camera), ("fixed", Light::Fixed)];
     let default = Shading::default();
-    let share = |key: &str, default: f32| {
-        let share =
-            fields.optional(key, |n| n.number("a share from 0 to 1", |x| (0.0..=1.0).contains(&x)))?;
-        Ok::<f32, Diagnostic>(share.map_or(default, |x| x as f32))
-    };
-    let shininess = fields.optional("shininess", |n| {
-        n.number("an exponent from 1 to 1000", |x| Shading::SHININESS.contains(&(x as f32)))
-            .map_err(|e| e.with_note("the larger, the smaller the highlight"))
-    })?;
+    let larger = |e: Diagnostic| e.with_note("the larger, the smaller the highlight");
+    let shininess = fields.number(&SHININESS).map_err(larger)? as f32;
     Ok(Shading {
-        ambient: share("ambient", default.ambient)?,
-        diffuse: share("diffuse", default.diffuse)?,
-        specular: share("specular", default.specular)?,
-        shininess: shininess.map_or(default.shininess, |x| x as f32),
+        ambient: fields.number(&AMBIENT)? as f32,
+        diffuse: fields.number(&DIFFUSE)? as f32,
+        specular: fields.number(&SPECULAR)? as f32,
+        shininess,
         light: fields.optional("light", |n| n.one_of("light", &lights))?.unwrap_or(default.light),
         direction: fields.optional("direction", direction)?.unwrap_or(default.direction),
     })

@@ -1,9 +1,9 @@
 //! `[[volume]]`: a file, files, or a generator.
 
-use super::Known;
 use super::shape::{Bounds, Key, Presence, Shape, Table};
 use crate::codec::SettingKind;
 use crate::pipeline::ByteOrder;
+use crate::pipeline::Known;
 use crate::volume::{SampleType, StoredType};
 
 /// Keys that describe a headerless file, and what each of them asks for.

@@ -1,11 +1,18 @@
-//! The configuration as a whole, `[experiment]` and `[pipeline]`.
+//! What a configuration may hold, as one table: every key with its type, unit, range, default and meaning. This file has
+//! the configuration as a whole, `[experiment]` and `[pipeline]`.
 
-use super::super::Experiment;
-use super::super::parse::{ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
-use super::shape::{Key, Relation, Shape, Table};
-use super::{Known, codecs, scene, volume, words};
+mod codecs;
+pub mod number;
+pub(super) mod scene;
+pub(super) mod shape;
+mod volume;
+mod words;
+
+use super::parse::{ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
+use super::{Experiment, Known};
 use crate::codec::{FrameStore, Setting, Site};
 use crate::render::Filter;
+use shape::{Key, Relation, Shape, Table};
 
 /// All that a configuration holds.
 pub(super) fn configuration(known: &Known<'_>) -> Table {

@@ -3,7 +3,7 @@
 use crate::codec::SettingKind;
 
 /// A table and its keys; it has no others.
-pub(super) struct Table {
+pub(in crate::pipeline) struct Table {
     /// What it describes, in one or two sentences.
     pub doc: String,
     /// Its keys, in the order in which they are shown.
@@ -15,7 +15,7 @@ pub(super) struct Table {
 }
 
 /// A relation between keys of one table.
-pub(super) enum Relation {
+pub(in crate::pipeline) enum Relation {
     /// A transfer function by name lies over `"range"`; so do control points between 0 and 1.
     TransferDomain,
     /// These keys are settings of renderers, `(key, renderers)`, one of which must be named.
@@ -23,7 +23,7 @@ pub(super) enum Relation {
 }
 
 /// A key of a table.
-pub(super) struct Key {
+pub(in crate::pipeline) struct Key {
     pub name: String,
     /// What it does; a sentence without its full stop.
     pub doc: String,
@@ -34,7 +34,7 @@ pub(super) struct Key {
 }
 
 /// Whether a key must be there.
-pub(super) enum Presence {
+pub(in crate::pipeline) enum Presence {
     Required,
     /// The value that its absence stands for, written as TOML.
     Default(String),
@@ -43,7 +43,7 @@ pub(super) enum Presence {
 }
 
 /// What values a key takes.
-pub(super) enum Shape {
+pub(in crate::pipeline) enum Shape {
     /// A name: not blank, no control characters.
     Name,
     /// A path: `$NAME` and `${NAME}` are environment variables.
@@ -85,8 +85,8 @@ pub(super) enum Shape {
 }
 
 /// Bounds of a number; `None` is none.
-#[derive(Copy, Clone, Default)]
-pub(super) struct Bounds {
+#[derive(Copy, Clone, Debug, Default)]
+pub(in crate::pipeline) struct Bounds {
     /// Lowest.
     pub min: Option<f64>,
     /// Greater than this.
@@ -108,6 +108,14 @@ impl Bounds {
 
     pub const fn range(min: f64, max: f64) -> Self {
         Self { min: Some(min), max: Some(max), ..Self::ANY }
+    }
+
+    /// Whether a number lies within them.
+    pub fn hold(&self, number: f64) -> bool {
+        self.min.is_none_or(|min| number >= min)
+            && self.above.is_none_or(|above| number > above)
+            && self.max.is_none_or(|max| number <= max)
+            && self.below.is_none_or(|below| number < below)
     }
 }
 
@@ -136,6 +144,11 @@ impl Key {
 }
 
 impl Table {
+    /// The names of its keys.
+    pub fn names(&self) -> Vec<&str> {
+        self.keys.iter().map(|key| key.name.as_str()).collect()
+    }
+
     pub fn new(doc: impl Into<String>, keys: Vec<Key>) -> Self {
         Self { doc: doc.into(), keys, needs: Vec::new(), relation: None }
     }

@@ -1,8 +1,8 @@
 //! `[[codec]]`, from the schemas that codecs bring.
 
-use super::Known;
 use super::shape::{Key, Shape, Table};
 use crate::codec::{CodecInfo, SettingKind, Site};
+use crate::pipeline::Known;
 
 /// A table for each codec.
 pub(super) fn tables(known: &Known<'_>) -> Vec<(String, Table)> {
