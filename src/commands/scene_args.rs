@@ -22,7 +22,7 @@ pub struct SceneArgs {
     /// Degrees above the horizon.
     #[arg(long, default_value_t = 20.0, allow_negative_numbers = true)]
     elevation: f64,
-    /// Clockwise turn of the camera in degrees; 180 turns the picture upside down.
+    /// Degrees by which the camera turns clockwise; 180 stands the picture on its head.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     roll: f64,
     /// Magnification; 1 fits the volume.

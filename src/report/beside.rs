@@ -53,7 +53,7 @@ pub(super) fn file_name(parts: &[&str]) -> String {
     name
 }
 
-/// Writes the files, each whole or not at all, and then removes those of charts that no longer exist. `tables` have names
+/// Writes the files, each whole or not at all, and then removes those of charts that are no more. `tables` have names
 /// without ending, and no drawing.
 pub(super) fn write(
     out: &OutFolder,

@@ -20,9 +20,9 @@ struct Column {
     heading: &'static str,
     /// Numbers stand to the right.
     numeric: bool,
-    /// Left out on paper, which has no room for all columns.
+    /// Left out on paper, where there is no room for all.
     secondary: bool,
-    /// Name and unit on the axis of a chart, if the heading alone is unclear.
+    /// Name and unit on the axis of a chart, where the heading alone would not tell.
     axis: Option<&'static str>,
     text: Text,
 }
@@ -52,7 +52,7 @@ impl Column {
         }
     }
 
-    /// The full value, if the text shows a part of it.
+    /// All of what the text tells in part.
     fn whole(&self, record: &Record) -> Option<String> {
         let whole = match self.text {
             Text::Settings => &record.settings,

@@ -51,7 +51,7 @@ pub struct Row {
     pub psnr_db: Option<f64>,
     /// Largest difference of a sample.
     pub max_abs_error: Option<f64>,
-    /// The error bound that the codec promises.
+    /// The codec's promise for it.
     pub error_bound: Option<f64>,
     /// Share of samples that are not what they were.
     pub changed_samples: Option<f64>,
@@ -93,7 +93,7 @@ impl Atlas {
         Self { rows, breaking }
     }
 
-    /// Verdicts of broken promises.
+    /// Verdicts for which the codec's word is broken.
     pub fn broken(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| row.scene == VOXELS && row.reason == Some(Reason::Promise))
     }

@@ -91,7 +91,7 @@ pub(super) fn table() -> Table {
             "early_termination",
             Shape::Number(opacity),
             "0.999",
-            "Opacity at which a ray ends; 1 = never. Slices do not end early",
+            "Opacity at which a ray ends; 1 = never. Slices have no such end",
         ),
         Key::with_default(
             "background",

@@ -17,7 +17,7 @@ pub(super) struct Promise {
     pub frames: u64,
     /// Channels in pages of their own.
     pub channels: u64,
-    /// Slices, if they differ from pages.
+    /// Slices, where they are told apart from pages.
     pub slices: Option<u64>,
     /// Spacing along x, y, z, where all three are known; x and y of ImageJ stand in tags.
     pub spacing: Spacing,
@@ -70,7 +70,7 @@ impl Promise {
 /// The promise of a description, if it is one of ImageJ, `tifffile` or OME. `page` is what the page itself holds.
 ///
 /// # Errors
-/// A sentence, when the promise cannot be read.
+/// A sentence, when what is promised cannot be told.
 pub(super) fn read(description: &str, page: Slice) -> Result<Option<Promise>, String> {
     let text = description.trim_matches(|c: char| c == '\0' || c == '\u{feff}' || c.is_whitespace());
     if text.starts_with("ImageJ=") {
