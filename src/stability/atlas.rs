@@ -32,7 +32,7 @@ impl Atlas {
         Self { rows, breaking }
     }
 
-    /// Verdicts of broken promises.
+    /// Verdicts for which the codec's word is broken.
     pub fn broken(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| row.scene == VOXELS && row.reason == Some(Reason::Promise))
     }

@@ -1,7 +1,7 @@
 //! Volumes from formulas: test signals of any size and sample type, without a file.
 //!
 //! A signal maps the unit cube to 0..1. Voxel `i` of `n` along an axis has its centre at `(i + 0.5) / n`, so a
-//! volume that is not a cube shows the same signal stretched, and spacing is 1. Integers take the signal scaled
+//! volume that is no cube shows the same signal stretched, and spacing is 1. Integers take the signal scaled
 //! to `0..=MAX` of their type and rounded (signed types stay in their positive half); `f32` takes it as it is.
 
 mod advected_blobs;
