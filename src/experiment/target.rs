@@ -190,9 +190,10 @@ impl Target {
             Kind::Mirror { .. } => None,
             Kind::Device(drawing) => drawing.fallback(),
         };
-        let asked_for_single = plan.passes.iter().any(|pass| {
-            pass.pipeline.proxies().is_some_and(|proxies| proxies.blending == Blending::Float32)
-        });
+        let asked_for_single = plan
+            .passes
+            .iter()
+            .any(|pass| pass.pipeline.proxies().is_some_and(|proxies| proxies.blending == Blending::Float32));
         let blends_in_half = match &kind {
             Kind::Device(drawing) => asked_for_single && drawing.blending() == Some(Blending::Float16),
             Kind::Mirror { .. } => false,
