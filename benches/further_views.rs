@@ -41,7 +41,13 @@ fn view(i: u16) -> View {
         point(255.0, [1.0, 0.9, 0.8, 0.3]),
     ]);
     let camera = Camera { azimuth: f64::from(i) * 360.0 / f64::from(VIEWS), ..Camera::default() };
-    View { size: [128, 128], camera, termination: 0.999, filter: Filter::Linear, ..View::new(function.unwrap()) }
+    View {
+        size: [128, 128],
+        camera,
+        termination: 0.999,
+        filter: Filter::Linear,
+        ..View::new(function.unwrap())
+    }
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -165,7 +171,9 @@ fn stages(device: &Device, id: &str, decoders: [Box<dyn Decoder>; 2]) -> [f64; 2
 fn main() {
     let device = Device::open(&DeviceChoice::Auto).unwrap();
     println!("{}", device.info());
-    println!("| codec | renderer | first view | further view | drawing alone | further ÷ first | further ÷ alone |");
+    println!(
+        "| codec | renderer | first view | further view | drawing alone | further ÷ first | further ÷ alone |"
+    );
     println!("|---|---|---|---|---|---|---|");
     let names = Names::new().unwrap();
     for id in ["raw", "s3dc", "tvq"] {

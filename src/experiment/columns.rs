@@ -184,7 +184,7 @@ macro_rules! columns {
         pub struct Record {
             $($(#[$first_says])* pub $first: $first_type,)*
             $(
-                #[doc = concat!("`", stringify!($figure), "`, as `cvr_core::metrics::figures` and `docs/evaluation.md` define it.")]
+                #[doc = concat!("`", stringify!($figure), "`, as `cvr_core::metrics::figures` and `docs/user/evaluation.md` define it.")]
                 #[serde(default)]
                 pub $figure: Option<f64>,
             )*

@@ -78,7 +78,9 @@ fn slices_that_are_lit_clipped_and_interpolated_are_drawn() {
         assert_eq!(drawing.wgsl().matches("var<uniform>").count(), 1);
         assert!(image.pixels().iter().any(|pixel| pixel[3] > 0.1));
         if sums_single(device, "further_views::four_uniforms") {
-            rule(drawing.filtering()).check(&mirror_by(renderer.as_ref(), &view, decoder.as_ref()), &image).unwrap();
+            rule(drawing.filtering())
+                .check(&mirror_by(renderer.as_ref(), &view, decoder.as_ref()), &image)
+                .unwrap();
         }
     }
 }
@@ -117,7 +119,8 @@ transfer_function = [[0.0, "#00000000"], [120.0, "#ffb04010"], [255.0, "#ffffff4
 fn a_run_compiles_its_pipelines_once_for_all_frames_and_scenes() {
     let Some(device) = test_device("further_views::run") else { return };
     let scene = RUN.split_once("[[scene]]").unwrap().1;
-    let side = format!("\n[[scene]]{scene}camera = {{ azimuth = 80.0 }}\nframe = [0, 2]\n").replace("front", "side");
+    let side =
+        format!("\n[[scene]]{scene}camera = {{ azimuth = 80.0 }}\nframe = [0, 2]\n").replace("front", "side");
     let compiled = |config: &str| {
         let folder = tempfile::tempdir().unwrap();
         let device = device.without_block_textures();

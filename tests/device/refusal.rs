@@ -119,7 +119,10 @@ fn a_refusal_does_not_poison_the_next_drawing() {
     let mut short = plan([16, 16], raw.as_ref());
     short.passes[0].inputs.contents[0].bytes.truncate(16);
     let error = Drawing::new(device, &short, &source, Filter::Linear).unwrap_err();
-    assert!(matches!(&error, EngineError::Unsupported(text) if text.contains("`view` has 16 bytes")), "{error}");
+    assert!(
+        matches!(&error, EngineError::Unsupported(text) if text.contains("`view` has 16 bytes")),
+        "{error}"
+    );
     assert!(good() == before, "after a short uniform");
     // The driver's own validation: a buffer shorter than what the shader reads of it.
     let mut short = plan([16, 16], raw.as_ref());

@@ -10,7 +10,8 @@ use std::sync::atomic::AtomicBool;
 use cvr::registry::{Names, renderer, renderers};
 use cvr_core::codec::{Decoder, Settings, Site};
 use cvr_core::render::{
-    ClipBox, Filter, Light, MacrocellRanges, Pass, Pipeline, Plan, Projection, RendererInfo, Shading, Stage, View,
+    ClipBox, Filter, Light, MacrocellRanges, Pass, Pipeline, Plan, Projection, RendererInfo, Shading, Stage,
+    View,
 };
 use cvr_core::shader::{
     BindingLimits, GeneratedShader, Program, Request, ShaderError, Source, TextureSampling, generate,
@@ -239,9 +240,8 @@ fn a_missing_function_is_named() {
     let plan = renderer("raycasting").unwrap().plan(&view, decoder.layout()).unwrap();
     let mut program = the_pass(&plan).pipeline.program();
     let gather = program.modules.pop().unwrap();
-    let problem = |program: &Program| {
-        made(program, view.filter, decoder.as_ref(), &source).unwrap_err().to_string()
-    };
+    let problem =
+        |program: &Program| made(program, view.filter, decoder.as_ref(), &source).unwrap_err().to_string();
     let error = problem(&program);
     assert!(error.contains("`gather`") && error.contains("shaders/rays/follow.wgsl:"), "{error}");
     assert!(error.contains("neither this program's modules nor the shared ones declare `gather`"), "{error}");
@@ -249,5 +249,8 @@ fn a_missing_function_is_named() {
     program.offered.retain(|module| !module.name().contains("every_sample"));
     let error = problem(&program);
     assert!(error.contains("`next_sample` is declared by shaders/skipping/next_sample.wgsl"), "{error}");
-    assert!(error.contains("shaders/skipping/every_sample.wgsl: the program is to offer one of them"), "{error}");
+    assert!(
+        error.contains("shaders/skipping/every_sample.wgsl: the program is to offer one of them"),
+        "{error}"
+    );
 }

@@ -120,13 +120,7 @@ pub fn generate_decode(
             Variable::written("texels", "array<u32>"),
         ],
     };
-    generate(&Request {
-        program: &program,
-        layout,
-        source: source.clone(),
-        filter: None,
-        limits,
-    })
+    generate(&Request { program: &program, layout, source: source.clone(), filter: None, limits })
 }
 
 /// How a value becomes the bits of a texel.

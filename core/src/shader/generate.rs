@@ -245,7 +245,9 @@ impl Assembled<'_> {
 /// Enters where uniforms lie in their buffer.
 fn lay_out(bindings: &mut [Binding], module: &naga::Module) {
     let of_uniforms = |space| space == naga::AddressSpace::Uniform;
-    let Some((_, variable)) = module.global_variables.iter().find(|(_, v)| of_uniforms(v.space)) else { return };
+    let Some((_, variable)) = module.global_variables.iter().find(|(_, v)| of_uniforms(v.space)) else {
+        return;
+    };
     let naga::TypeInner::Struct { members, .. } = &module.types[variable.ty].inner else { return };
     for binding in bindings {
         let BindingKind::Uniforms(uniforms) = &mut binding.kind else { continue };

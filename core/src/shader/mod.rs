@@ -26,11 +26,11 @@ pub use deferred::{DeferredError, DeferredShaders, generate_decode, voxels_per_i
 pub use form::{Form, MOST_INLINED_OPERATIONS};
 pub use frame_pass::{PassShader, generate_passes};
 pub use generate::{draft, generate};
-pub use program::{Module, Program, Variable};
 pub use origin::{Origin, Segment, ShaderError};
+pub use program::{Module, Program, Variable};
 pub use request::{
-    Binding, BindingKind, BindingLimits, Draft, GeneratedShader, Request, ResourceSize, Source, TextureSampling,
-    UniformMember,
+    Binding, BindingKind, BindingLimits, Draft, GeneratedShader, Request, ResourceSize, Source,
+    TextureSampling, UniformMember,
 };
 pub use resources::snippet_resources;
 pub use segments::transfer_segments;

@@ -64,7 +64,8 @@ impl Mapped<'_> {
         let in_snippet = labels.iter().any(|(r, _)| r.clone().is_some_and(|r| self.in_snippet(r).is_some()));
         if in_snippet && error.message().starts_with("no definition in scope") {
             notes.push(format!("beside its own functions a snippet sees {}", self.provided));
-        } else if let Some((_, name)) = error.message().split_once("no definition in scope for identifier: `") {
+        } else if let Some((_, name)) = error.message().split_once("no definition in scope for identifier: `")
+        {
             notes.push(missing(name.trim_end_matches('`')));
         }
         self.report(error.message(), labels, notes)

@@ -43,7 +43,7 @@ pub enum Source<'a> {
         /// Its words.
         words: u64,
     },
-    /// Decoded before, layer by layer, into a 3-D texture of four layers ([`crate::render::LayerPass`]).
+    /// Decoded before, layer by layer, into a 3-D texture of four layers ([`crate::render::LayerStep`]).
     Ring {
         /// Texel format, scale and offset.
         form: DecodedForm,

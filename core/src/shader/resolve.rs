@@ -40,14 +40,16 @@ pub fn resolve(program: &Program, form: Form) -> Result<Resolved, ShaderError> {
     let offered: Vec<Module> = program.offered.iter().map(in_form).collect();
     let offered: Vec<(&Module, Cow<'_, Names<'_>>)> = offered.iter().map(|m| (m, names_of(m))).collect();
 
-    let mut needs = Needs { program, declared: BTreeSet::new(), variables: BTreeSet::new(), open: VecDeque::new() };
+    let mut needs =
+        Needs { program, declared: BTreeSet::new(), variables: BTreeSet::new(), open: VecDeque::new() };
     own.iter().for_each(|module| needs.add(&names_of(module)));
     let mut used: Vec<((usize, usize), Module)> = Vec::new();
     while let Some(name) = needs.open.pop_front() {
         if needs.declared.contains(&name) {
             continue;
         }
-        let declares = |(_, (_, names)): &(usize, &(&Module, Cow<'_, Names<'_>>))| names.declares.contains(&*name);
+        let declares =
+            |(_, (_, names)): &(usize, &(&Module, Cow<'_, Names<'_>>))| names.declares.contains(&*name);
         let mut found = offered.iter().enumerate().filter(declares);
         match (found.next(), found.next()) {
             (Some((_, (first, _))), Some((_, (second, _)))) => {
@@ -87,7 +89,9 @@ impl Needs<'_> {
         for (i, variable) in self.program.variables.iter().enumerate() {
             let (used, its_struct) = match variable {
                 Variable::Uniform { name, wgsl_type } => (names.inputs.contains(name), Some(*wgsl_type)),
-                Variable::Storage { name, .. } | Variable::Table { name, .. } => (names.uses.contains(name), None),
+                Variable::Storage { name, .. } | Variable::Table { name, .. } => {
+                    (names.uses.contains(name), None)
+                }
             };
             if used && self.variables.insert(i) {
                 self.open.extend(its_struct.map(str::to_owned));
@@ -130,8 +134,10 @@ mod tests {
     }
 
     fn program(modules: &[Module], offered: &[Module]) -> Program {
-        let variables =
-            vec![Variable::Uniform { name: "view", wgsl_type: "View" }, Variable::read("heights", "array<f32>")];
+        let variables = vec![
+            Variable::Uniform { name: "view", wgsl_type: "View" },
+            Variable::read("heights", "array<f32>"),
+        ];
         Program { modules: modules.to_vec(), offered: offered.to_vec(), entry: "main", variables }
     }
 
@@ -176,7 +182,10 @@ mod tests {
         let main = module("main", "fn main() -> bool { return may_show(x); }");
         let both = [shaders::MACROCELLS, shaders::EVERY_POINT].map(Module::from);
         let error = resolve(&program(&[main], &both), Form::Unrolled).err().unwrap().to_string();
-        assert!(error.contains("`may_show` is offered twice") && error.contains("macrocells.wgsl"), "{error}");
+        assert!(
+            error.contains("`may_show` is offered twice") && error.contains("macrocells.wgsl"),
+            "{error}"
+        );
         assert_eq!(names_of(&program(&[module("main", "fn main() {}")], &both)), ["main"]);
     }
 }

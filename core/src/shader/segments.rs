@@ -21,7 +21,8 @@ pub fn transfer_segments(search: SegmentSearch) -> Module {
 
 /// Point after point.
 fn every(points: u32) -> String {
-    let key = |i: u32| format!("inputs.view.transfer_keys[{}].{}", i / 4, ["x", "y", "z", "w"][i as usize % 4]);
+    let key =
+        |i: u32| format!("inputs.view.transfer_keys[{}].{}", i / 4, ["x", "y", "z", "w"][i as usize % 4]);
     let mut text = "fn transfer_segment(value: f32) -> Segment {\n".to_owned();
     let _ = writeln!(text, "    var found = Segment(0u, {0}, {0});\n    var passed: bool;", key(0));
     for i in 0..points {

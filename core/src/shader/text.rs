@@ -143,7 +143,10 @@ pub fn variables(variables: &[Variable]) -> (String, Vec<Binding>) {
             Variable::Uniform { .. } => continue,
             Variable::Storage { name, wgsl_type, written } => {
                 let access = if written { "read_write" } else { "read" };
-                (format!("var<storage, {access}> {name}: {wgsl_type}"), BindingKind::Storage { name, written })
+                (
+                    format!("var<storage, {access}> {name}: {wgsl_type}"),
+                    BindingKind::Storage { name, written },
+                )
             }
             Variable::Table { name, rows } => {
                 (format!("var {name}: texture_2d<f32>"), BindingKind::Table { name, rows })

@@ -217,7 +217,9 @@ fn rewritten(
         }
         (BindingKind::Storage { name, .. }, Resident::Buffer(buffer)) => {
             // What is not among the inputs is a buffer of the engine's.
-            let Some(contents) = inputs.iter().find(|contents| contents.name == *name) else { return Ok(None) };
+            let Some(contents) = inputs.iter().find(|contents| contents.name == *name) else {
+                return Ok(None);
+            };
             let bytes = padded(&contents.bytes);
             if bytes.len() as u64 != buffer.size() {
                 let usage = wgpu::BufferUsages::STORAGE;
@@ -266,7 +268,8 @@ fn uniforms(members: &[UniformMember], inputs: &[Contents]) -> Result<Vec<u8>, E
         let contents = contents_of(name, inputs)?;
         if contents.len() != *bytes as usize {
             let given = contents.len();
-            let problem = format!("the uniform `{name}` has {given} bytes, and its struct in the shader {bytes}");
+            let problem =
+                format!("the uniform `{name}` has {given} bytes, and its struct in the shader {bytes}");
             return Err(EngineError::Unsupported(problem));
         }
         all.resize(*offset as usize, 0);

@@ -206,7 +206,8 @@ impl Drawing {
     /// what the driver refuses.
     pub fn set_inputs(&mut self, plan: &Plan) -> Result<(), EngineError> {
         if !self.takes(plan) {
-            let text = "the plan has another pipeline or size than the drawing: it takes a drawing of its own";
+            let text =
+                "the plan has another pipeline or size than the drawing: it takes a drawing of its own";
             return Err(EngineError::Unsupported(text.to_owned()));
         }
         for (runnable, pass) in self.passes.iter_mut().zip(&plan.passes) {

@@ -106,7 +106,8 @@ fn compile(device: &Device, shader: &GeneratedShader, target: Target) -> Result<
         Ok(device.wgpu().create_shader_module(wgpu::ShaderModuleDescriptor { label, source }))
     })?;
     let layouts = device.guarded("binding what a shader reads", || Ok(layouts(device, shader, target)))?;
-    let pipeline = device.guarded("building a pipeline", || Ok(pipeline(device, shader, target, &module, &layouts)))?;
+    let pipeline =
+        device.guarded("building a pipeline", || Ok(pipeline(device, shader, target, &module, &layouts)))?;
     Ok(Compiled { bindings: shader.bindings.clone(), layouts, pipeline })
 }
 

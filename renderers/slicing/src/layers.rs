@@ -7,9 +7,7 @@
 
 use std::ops::Range;
 
-use cvr_core::render::{
-    LayerStep, Macrocells, Plan, ProxyVertex, RING_LAYERS, RenderError, Stage, View,
-};
+use cvr_core::render::{LayerStep, Macrocells, Plan, ProxyVertex, RING_LAYERS, RenderError, Stage, View};
 use cvr_core::volume::{Axis, VolumeLayout};
 
 use crate::modules::SLICES_BY_LAYERS;

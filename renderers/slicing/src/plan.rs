@@ -3,9 +3,7 @@
 use cvr_core::render::{Pass, Plan, Proxies, RenderError, SceneModules, Stage, Template, View};
 use cvr_core::volume::VolumeLayout;
 
-use crate::modules::{
-    OPACITY_EXACT, OPACITY_LERP, SLABS_FLAT, SLABS_SHELLS, SLICES_AT_ONCE, SLICING,
-};
+use crate::modules::{OPACITY_EXACT, OPACITY_LERP, SLABS_FLAT, SLABS_SHELLS, SLICES_AT_ONCE, SLICING};
 use crate::proxies::proxies;
 use crate::slabs::Slabs;
 use crate::{Geometry, OpacityCorrection, Slicing};

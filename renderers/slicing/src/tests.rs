@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use cvr_core::render::mirror::Mirror;
 use cvr_core::render::{
-    Camera, ClipBox, ControlPoint, DecodedFrame, Image, Projection, RenderError, Renderer,
-    TransferFunction, View,
+    Camera, ClipBox, ControlPoint, DecodedFrame, Image, Projection, RenderError, Renderer, TransferFunction,
+    View,
 };
 use cvr_core::volume::{Extent, SampleType, VolumeLayout};
 use glam::Vec2;

@@ -32,8 +32,7 @@ impl Check {
             return Ok(None);
         };
         let shader = voxels.shader(device, &program, Some(filter))?;
-        let supplies =
-            Supplies { inputs: &inputs.contents, buffers: &voxels.buffers, ..Supplies::default() };
+        let supplies = Supplies { inputs: &inputs.contents, buffers: &voxels.buffers, ..Supplies::default() };
         let triangles = (proxies, &inputs.vertices[..]);
         let bound = BoundRaster::new(device, triangles, &shader, canvas.format(), &supplies, parts)?;
         let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());

@@ -69,8 +69,7 @@ impl FollowedRays {
             DrawSource::Texture(texture) => Some(Arc::clone(texture)),
             DrawSource::Inline { .. } | DrawSource::Ring { .. } | DrawSource::Buffers(_) => None,
         };
-        let (contents, workgroups, image) =
-            (pass.inputs.contents.clone(), workgroups(size), image.clone());
+        let (contents, workgroups, image) = (pass.inputs.contents.clone(), workgroups(size), image.clone());
         Some(Self { contents, workgroups, shader, image, parts, texture, settled: OnceLock::new() })
     }
 

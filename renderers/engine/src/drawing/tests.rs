@@ -251,7 +251,10 @@ fn a_drawing_takes_other_inputs_and_compiles_nothing() {
     for refused in [other.clone(), plan([13, 16], 0.5)] {
         assert!(!drawing.takes(&refused));
         let error = drawing.set_inputs(&refused).unwrap_err();
-        assert!(matches!(&error, EngineError::Unsupported(text) if text.contains("another pipeline")), "{error}");
+        assert!(
+            matches!(&error, EngineError::Unsupported(text) if text.contains("another pipeline")),
+            "{error}"
+        );
     }
     new(&other).draw().unwrap();
     assert_eq!(device.pipelines_compiled(), 2);
@@ -324,7 +327,7 @@ fn what_only_the_driver_can_refuse_is_an_error_too() {
     const CROWD: Template = Template {
         file: "shaders/crowd.wgsl",
         source: "\
-struct View { size: vec2<u32>, unused: array<vec2<u32>, 3> }
+struct View { size: vec2<u32>, unused: vec4<u32> }
 @compute @workgroup_size(8192)
 fn paint() { image[0] = vec4<f32>(volume_sample(vec3<f32>(inputs.view.size.xyx))) + textureLoad(transfer_table, vec2<u32>(0u), 0); }
 ",

@@ -30,7 +30,11 @@ fn load_all(device: &Device, volume: &VolumeTexture) -> Vec<f32> {
         wgsl,
         segments: Vec::new(),
         bindings: vec![
-            Binding { group: 0, binding: 0, kind: BindingKind::Storage { name: "dump_values", written: true } },
+            Binding {
+                group: 0,
+                binding: 0,
+                kind: BindingKind::Storage { name: "dump_values", written: true },
+            },
             Binding { group: 1, binding: 0, kind: BindingKind::VolumeTexture { filterable } },
         ],
         entry: "load".to_owned(),

@@ -144,7 +144,8 @@ fn layers_that_no_sample_reads_are_not_decoded() {
             let mut all = decoded(&pass, view, &layout).unwrap();
             all.sort_unstable();
             // The box holds 9.2 to 13.8 along z.
-            let layers: Vec<u32> = if pass.pipeline.layers().unwrap() == Axis::Z { layers.collect() } else { continue };
+            let layers: Vec<u32> =
+                if pass.pipeline.layers().unwrap() == Axis::Z { layers.collect() } else { continue };
             assert!(all.len() <= layers.len() && all.iter().all(|layer| layers.contains(layer)), "{all:?}");
             assert!(all.contains(&9) && all.contains(&13), "{all:?}");
         }
