@@ -13,8 +13,8 @@ mod device {
     mod drift;
     mod former_table;
     mod frame_passes;
-    mod levels;
     mod further_views;
+    mod levels;
     mod lost;
     mod own_renderer;
     mod parity;

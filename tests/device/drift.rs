@@ -3,7 +3,9 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use cvr::experiment::target::{Decoded, Target, VoxelSource};
+use cvr::site::coded::CodedFrame;
+use cvr::site::picture::VoxelSource;
+use cvr::site::target::Target;
 use cvr_core::codec::*;
 use cvr_core::metrics::AgreementRule;
 use cvr_core::render::{
@@ -194,12 +196,10 @@ fn inline_and_ring_draw_a_resolution_at_the_volumes_size() {
                 level: Level,
                 ring: bool|
      -> (Image, AgreementRule) {
-        let decoded = if ring {
-            Decoded::Ring(DecodedFrame::at(decoder, frame, level).unwrap())
-        } else {
-            Decoded::Inline
-        };
-        let source = VoxelSource { codec: "drift", decoder, frame, level, decoded };
+        let coded = CodedFrame { codec: "drift", decoder, key: (frame, level) };
+        let decoded = || DecodedFrame::at(decoder, frame, level).map_err(|e| e.to_string());
+        let site = if ring { Site::Ring } else { Site::Inline };
+        let source = VoxelSource::prepare(target, site, coded, &decoded).unwrap();
         let picture = target.picture(renderer, view, &source).unwrap();
         let manual = if picture.filtering() == "hardware" {
             AgreementRule::HARDWARE

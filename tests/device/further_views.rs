@@ -1,8 +1,8 @@
 //! Further views of a volume: other inputs, and no pipeline of their own.
 
 use cvr::experiment::record::Status;
-use cvr::experiment::target::Target;
 use cvr::registry::{Names, renderer};
+use cvr::site::target::Target;
 use cvr_core::codec::Site;
 use cvr_core::render::{Camera, ClipBox, Filter, Light, Projection, View};
 use cvr_core::volume::SampleType;

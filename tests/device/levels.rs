@@ -3,9 +3,11 @@
 
 use std::sync::Arc;
 
-use cvr::experiment::target::{Decoded, Target, VoxelSource};
 use cvr::registry::Names;
-use cvr_core::codec::{Decoder, FrameStore, Parity, Settings, deferred_agreement};
+use cvr::site::coded::CodedFrame;
+use cvr::site::picture::VoxelSource;
+use cvr::site::target::Target;
+use cvr_core::codec::{Decoder, FrameStore, Parity, Settings, Site, deferred_agreement};
 use cvr_core::conformance;
 use cvr_core::render::{Camera, DecodedFrame, Filter, Image, Light, Renderer, View};
 use cvr_core::shader::TextureSampling;
@@ -106,13 +108,10 @@ fn draw(
     deferred: bool,
 ) -> (Image, TextureSampling) {
     let key = (FrameIndex::FIRST, Level { resolution: 1, ..Level::FULL });
-    let frame = DecodedFrame::at(decoder, key.0, key.1).unwrap();
-    let decoded = if deferred {
-        Decoded::Deferred(target.decode("haar", decoder, key, &frame).unwrap())
-    } else {
-        Decoded::Host(target.upload(decoder, key, frame).unwrap())
-    };
-    let source = VoxelSource { codec: "haar", decoder, frame: key.0, level: key.1, decoded };
+    let coded = CodedFrame { codec: "haar", decoder, key };
+    let decoded = || DecodedFrame::at(decoder, key.0, key.1).map_err(|e| e.to_string());
+    let site = if deferred { Site::Deferred } else { Site::Host };
+    let source = VoxelSource::prepare(target, site, coded, &decoded).unwrap();
     let picture = target.picture(renderer, view, &source).unwrap();
     let image = picture.image().unwrap();
     let hardware = picture.filtering() == "hardware";

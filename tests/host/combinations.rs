@@ -28,7 +28,7 @@ use rayon::prelude::*;
 
 use super::configs::COMPARE;
 use super::copies::{decoders, held};
-use super::once::{generated, in_text, once};
+use super::once::{generated_once, in_text, once};
 use super::volumes::{opened, varied};
 
 const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
@@ -162,7 +162,7 @@ pub fn shader(
         filter: Some(view.filter),
         limits: BindingLimits::default(),
     };
-    generated(&request).map_err(|problem| format!("generator: {problem}"))
+    generated_once(&request).map_err(|problem| format!("generator: {problem}"))
 }
 
 /// The pass that packs what the passes of a codec have decoded, or that decodes layers across z by its snippet.
@@ -351,7 +351,7 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
                     filter: None,
                     limits: BindingLimits::default(),
                 };
-                let made = generated(&request);
+                let made = generated_once(&request);
                 let shader = made.unwrap_or_else(|e| panic!("{} {sample} {channels}: {e}", cell.id()));
                 assert_eq!(decoders(&cell.codec, &shader), 1, "{}", cell.id());
                 let text = &shader.wgsl;

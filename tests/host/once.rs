@@ -29,7 +29,7 @@ pub fn in_text(layout: &VolumeLayout) -> VolumeLayout {
 }
 
 /// The shader of a request.
-pub fn generated(request: &Request<'_>) -> Made {
+pub fn generated_once(request: &Request<'_>) -> Made {
     let layout = in_text(request.layout);
     let asked = Request { layout: &layout, ..request.clone() };
     once(&asked, || generate(request).map_err(|problem| problem.to_string()))

@@ -117,7 +117,7 @@ fn and_guarded(pipeline: &Pipeline) -> Vec<Program> {
 fn every_scene_of_every_renderer_is_generated_and_validated() {
     let names = Names::new().unwrap();
     let codecs: Vec<_> = names.codecs().iter().flat_map(|codec| [(codec, 1), (codec, 3)]).collect();
-    let mut counts: BTreeMap<(&str, String), (usize, HashSet<String>)> = BTreeMap::new();
+    let mut counts: BTreeMap<(&str, String), (usize, HashSet<_>)> = BTreeMap::new();
     for info in renderers().iter().map(|r| r.info()) {
         for (codec, channels) in &codecs {
             let id = codec.info().id;

@@ -289,9 +289,7 @@ fn modules_fetch_voxels_from_buffers_of_their_own() {
     let modules = [Template { file: "shaders/source/flat.wgsl", source: fetch }];
     let make = |words, filter, limits| {
         generate(&Request {
-            templates: &RAYCAST,
-            entry: "raycast",
-            bindings: &picture,
+            program: &picture,
             layout: &layout(),
             source: Source::Buffers {
                 name: "flat",
