@@ -64,7 +64,7 @@ fn ms<T>(run: impl FnOnce() -> T) -> (f64, T) {
 /// First view, further view and drawing alone, in milliseconds.
 fn measure(device: &Device, renderer: &dyn Renderer, source: &DrawSource<'_>) -> [f64; 3] {
     let layout = source.layout();
-    let plan = |i| renderer.plan(&view(i), layout).unwrap();
+    let plan = |i| renderer.plan(&view(i), &layout).unwrap();
     device.forget_pipelines();
     let (first, mut drawing) = ms(|| {
         let drawing = Drawing::new(device, &plan(0), source, view(0).filter).unwrap();

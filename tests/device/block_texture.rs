@@ -61,7 +61,8 @@ fn held(device: &Device, decoder: &dyn Decoder) -> Box<dyn Decoder> {
 /// As a run would upload it, and what it then enters into a record.
 fn entered(device: &Device, decoder: &dyn Decoder) -> (Record, Result<(), String>) {
     let frame = Arc::new(DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap());
-    let block = codec("bc4").block(&settings(&[]));
+    let bc4 = codec("bc4");
+    let block = bc4.block(&bc4.info().default_settings());
     let expected = Expected { codec: "bc4", decoder, key: KEY, frame, block };
     let target = Target::Device(device.clone());
     let coded = expected.coded();

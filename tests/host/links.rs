@@ -180,6 +180,7 @@ fn the_architecture_has_1500_words_at_most() {
 #[test]
 fn links_that_lead_nowhere_are_found() {
     let folder = Folder::new();
+    std::fs::create_dir(folder.path("docs")).unwrap();
     folder.write("docs/there.md", "# A heading, and more\n\n```text\n[no link](nowhere.md)\n```\n");
     folder.write(
         "page.md",

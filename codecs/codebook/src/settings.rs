@@ -118,7 +118,7 @@ mod tests {
     fn defaults_are_read_and_frames_are_served() {
         let shared = TrainingSettings::of(&settings("shared")).unwrap();
         assert_eq!((shared.training_blocks, shared.draw, shared.iterations), (131_072, Draw::Uniform, 50));
-        assert_eq!(shared.served(3), [0..3]);
+        assert_eq!(shared.served(3), std::slice::from_ref(&(0..3)));
         let each = TrainingSettings::of(&settings("per-frame")).unwrap();
         assert_eq!(each.served(3), [0..1, 1..2, 2..3]);
     }

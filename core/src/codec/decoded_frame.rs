@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{DecodeError, Decoder, References, decode_level};
+use super::{DecodeError, Decoder, decode_level};
 use crate::memory::Held;
-use crate::volume::{FrameIndex, Level, Region, VolumeLayout};
+use crate::volume::{FrameIndex, Level, ReferenceFrames, Region, VolumeLayout};
 
 /// A whole decoded frame at one level: what the site *host* draws from, and what predicted frames are decoded from.
 #[derive(Clone, Debug)]
@@ -49,7 +49,7 @@ impl DecodedFrame {
         decoder: &dyn Decoder,
         frame: FrameIndex,
         level: Level,
-        references: &References,
+        references: &dyn ReferenceFrames,
     ) -> Result<Self, DecodeError> {
         let values = decode_level(decoder, frame, level, references)?;
         let layout = decoder.layout().at_resolution(level.resolution);

@@ -27,7 +27,7 @@ fn the_mean_over_volumes_is_taken_at_equal_rates_where_all_curves_reach() {
     let (drawing, note) = pooled::pooled(&records, &palette, Measure::Voxels).unwrap();
     let Chart { points, lines, legend, .. } = drawing.chart;
     assert_eq!((lines.len(), legend.len()), (1, 1), "tvq lacks a volume");
-    assert!(note.contains("Volumes: a, b.") && note.ends_with("at no common rate: tvq."), "{note}");
+    assert!(note.contains("Volumes: a, b.") && note.ends_with("without a common rate: tvq."), "{note}");
     let (first, last) = (&points[0], &points[points.len() - 1]);
     assert!((first.x - 1.0).abs() < 1e-9 && (last.x - 4.0).abs() < 1e-9, "{} to {}", first.x, last.x);
     for Point { x, y, cell, .. } in &points {

@@ -122,7 +122,7 @@ fn a_shader_is_printed_with_the_origin_of_every_part() {
     assert!(
         decodes.contains("fn s3dc_fetch(") && decodes.contains("texels[") && !decodes.contains("slab_cr")
     );
-    assert!(draws.contains("ring_layers") && draws.contains("fn slice(") && !draws.contains("s3dc"));
+    assert!(draws.contains("ring_layers") && draws.contains("fn shown(") && !draws.contains("s3dc"));
     for pass in [decodes, draws] {
         naga::front::wgsl::parse_str(pass).unwrap();
     }

@@ -193,6 +193,9 @@ impl Reader<'_> {
                 self.imported(before.last().cloned().unwrap_or_default(), before.clone(), handed_on);
             }
             UseTree::Name(name) => self.imported(name.ident.to_string(), with(&name.ident), handed_on),
+            UseTree::Rename(rename) if rename.ident == "self" => {
+                self.imported(rename.rename.to_string(), before.clone(), handed_on);
+            }
             UseTree::Rename(rename) => {
                 self.imported(rename.rename.to_string(), with(&rename.ident), handed_on);
             }
