@@ -181,3 +181,19 @@ fn what_cannot_be_timed_runs_as_it_is() {
         assert!(printed.starts_with("given: --quiet some_name\ntest a::b ... ok"), "{folder}: {printed}");
     }
 }
+
+/// CPU time is that of the programs which the script has run. A shell that is ended after two seconds of it took two.
+#[test]
+fn cpu_time_is_counted() {
+    let script = r#"
+. .ci/cpu.sh
+count_cpu
+before=$cpu_seconds
+sh -c 'ulimit -t 2; while :; do :; done' || true
+count_cpu
+echo $((cpu_seconds - before))
+"#;
+    let output = Command::new("bash").args(["-c", script]).current_dir(root()).output().unwrap();
+    let counted = String::from_utf8_lossy(&output.stdout).trim().parse::<u32>();
+    assert!(matches!(counted, Ok(1..=3)), "{counted:?}: {}", String::from_utf8_lossy(&output.stderr));
+}
