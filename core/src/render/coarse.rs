@@ -5,11 +5,8 @@
 //! resolutions are of one box, camera and step.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
-use super::mirror::trilinear;
-use super::{Camera, DecodedFrame, RayFrame};
-use crate::memory::{self, OutOfMemory};
+use super::{Camera, RayFrame};
 use crate::volume::{Extent, Level, VolumeLayout};
 
 /// The volume of which a lower resolution is drawn.
@@ -56,47 +53,6 @@ impl Coarse {
             pixel: rays.pixel,
         }
     }
-}
-
-/// A frame of a lower resolution at every voxel centre of its volume, which has `extent` voxels: what the filter *linear*
-/// samples there. Of voxel errors of a resolution, this is what the volume is compared with.
-///
-/// # Errors
-/// When there is no memory for it.
-pub fn upsampled(frame: &DecodedFrame, extent: Extent, resolution: u8) -> Result<Vec<f32>, OutOfMemory> {
-    let channels = frame.layout().channels as usize;
-    let coarse = frame.layout().extent;
-    let samples = extent.voxels() * channels as u64;
-    let mut out: Vec<f32> = memory::zeroed(samples, || format!("a frame brought to {extent} voxels"))?;
-    let scale = Level::scale(resolution) as f32;
-    // Per axis and voxel: the two voxels around its centre, clamped at the border, and its place between them.
-    let [x, y, z] = [0, 1, 2].map(|a| {
-        let last = i64::from(coarse.to_array()[a]) - 1;
-        let around = |i: u32| {
-            let at = (i as f32 + 0.5) / scale - 0.5;
-            let below = at.floor() as i64;
-            let clamped = |i: i64| i.clamp(0, last) as u32;
-            (clamped(below), clamped(below + 1), at - at.floor())
-        };
-        (0..extent.to_array()[a]).map(around).collect::<Vec<_>>()
-    });
-    let slice = x.len() * y.len() * channels;
-    out.par_chunks_mut(slice).zip(&z).for_each(|(out, &(z0, z1, tz))| {
-        let rows = out.chunks_mut(x.len() * channels).zip(&y);
-        for (row, &(y0, y1, ty)) in rows {
-            for (voxel, &(x0, x1, tx)) in row.chunks_mut(channels).zip(&x) {
-                for (c, value) in voxel.iter_mut().enumerate() {
-                    let at = |p: [u32; 3]| frame.values()[coarse.index(p) * channels + c];
-                    let corner = |i: usize| {
-                        let choose = |bit: usize, a, b| if i >> bit & 1 == 0 { a } else { b };
-                        at([choose(0, x0, x1), choose(1, y0, y1), choose(2, z0, z1)])
-                    };
-                    *value = trilinear(std::array::from_fn(corner), glam::Vec3::new(tx, ty, tz));
-                }
-            }
-        }
-    });
-    Ok(out)
 }
 
 #[cfg(test)]

@@ -3,20 +3,9 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use super::{Image, Plan, View, Voxels};
+use super::{Image, Plan, RenderError, View, Voxels};
 use crate::codec::{ConfigError, Setting, SettingValue, Settings};
 use crate::volume::VolumeLayout;
-
-/// Why a renderer cannot draw a view.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum RenderError {
-    /// This renderer does not offer what the view asks for.
-    #[error("{0}")]
-    Unsupported(String),
-    /// The mirror could not read a voxel.
-    #[error("reading voxels failed: {0}")]
-    Voxels(String),
-}
 
 /// What a renderer says of itself.
 #[derive(Copy, Clone, Debug)]

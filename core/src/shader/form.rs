@@ -7,10 +7,6 @@
 
 use cvr_shaders::{FILTER_LINEAR, FILTER_LINEAR_LOOPED, GRADIENT, GRADIENT_LOOPED, Template};
 
-use super::resolve::Resolved;
-use super::{Module, Request};
-use crate::render::Filter;
-
 /// The longest text that is not looped, in [`super::GeneratedShader::inlined_operations`]. llvmpipe compiles it within about two
 /// seconds (docs/benchmarks/shader-compile.md).
 pub const MOST_INLINED_OPERATIONS: u64 = 30_000;
@@ -27,14 +23,6 @@ pub enum Form {
 }
 
 impl Form {
-    /// The forms that make the text of a request shorter, each shorter than the one before.
-    pub(super) fn looped(request: &Request<'_>, resolved: &Resolved) -> impl Iterator<Item = Self> {
-        let gradient = Module::File(GRADIENT);
-        let lit = resolved.modules.contains(&gradient).then_some(Self::OneSample);
-        let eight = (request.filter == Some(Filter::Linear)).then_some(Self::OneFetch);
-        lit.into_iter().chain(eight)
-    }
-
     /// A module in this form.
     pub(super) fn of(self, template: Template) -> Template {
         match template {

@@ -22,7 +22,7 @@ use crate::render::Filter;
 pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
     let resolved = resolve(request.program, Form::Unrolled)?;
     let mut shader = assemble(request, &resolved, Form::Unrolled)?.prove(request, Form::Unrolled)?;
-    for form in Form::looped(request, &resolved) {
+    for form in looped(request, &resolved) {
         if shader.inlined_operations <= MOST_INLINED_OPERATIONS {
             break;
         }
@@ -30,6 +30,13 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
         shader = assemble(request, &resolved, form)?.prove(request, form)?;
     }
     Ok(shader)
+}
+
+/// The forms that make the text of a request shorter, each shorter than the one before.
+fn looped(request: &Request<'_>, resolved: &Resolved) -> impl Iterator<Item = Form> {
+    let lit = resolved.modules.contains(&shaders::GRADIENT.into()).then_some(Form::OneSample);
+    let eight = (request.filter == Some(Filter::Linear)).then_some(Form::OneFetch);
+    lit.into_iter().chain(eight)
 }
 
 /// What [`generate()`] would prove, at a small part of the cost: whoever keeps shaders finds by it one that was made before.

@@ -1,6 +1,6 @@
 //! Boxes of voxels and the key by which a decoder is asked for one.
 
-use super::{Extent, FrameIndex};
+use super::{Extent, FrameIndex, Level};
 
 /// A box of voxels: `origin` inclusive, `extent` voxels along each axis.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
@@ -67,29 +67,6 @@ impl Region {
         let width = self.extent.x();
         self.rows().flat_map(move |[x, y, z]| (x..x + width).map(move |x| [x, y, z]))
     }
-}
-
-/// How much of the encoded volume to use: two independent axes.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Level {
-    /// 0 = full resolution; every further step halves each axis.
-    pub resolution: u8,
-    /// Refinement terms to sum; [`Level::ALL_STAGES`] = all that exist.
-    pub stages: u8,
-}
-
-impl Level {
-    /// Every refinement term that the stream holds.
-    pub const ALL_STAGES: u8 = u8::MAX;
-    /// Voxels of the volume along each axis for which a voxel of this resolution stands: 2^r.
-    #[must_use]
-    pub fn scale(resolution: u8) -> f64 {
-        // No axis has more than 2^32 voxels.
-        2.0_f64.powi(i32::from(resolution.min(32)))
-    }
-
-    /// Full resolution, all stages.
-    pub const FULL: Self = Self { resolution: 0, stages: Self::ALL_STAGES };
 }
 
 /// What to decode: a box of one frame at one level. `region` counts voxels of that level's resolution.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::render::{ClipBox, ControlPoint, Projection, TransferFunction, View};
+use crate::render::{ClipBox, ControlPoint, DecodedFrame, Projection, TransferFunction, View, upsampled};
 use crate::volume::SampleType;
 
 fn layout(size: [u32; 3]) -> VolumeLayout {
