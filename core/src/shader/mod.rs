@@ -6,6 +6,7 @@
 
 mod accessors;
 mod deferred;
+mod error;
 mod form;
 mod frame_pass;
 mod generate;
@@ -23,10 +24,11 @@ mod text;
 mod tokens;
 
 pub use deferred::{DeferredError, DeferredShaders, generate_decode, voxels_per_invocation};
+pub use error::ShaderError;
 pub use form::{Form, MOST_INLINED_OPERATIONS};
 pub use frame_pass::{PassShader, generate_passes};
 pub use generate::{draft, generate};
-pub use origin::{Origin, Segment, ShaderError};
+pub use origin::{Origin, Segment};
 pub use program::{Module, Program, Variable};
 pub use request::{
     Binding, BindingKind, BindingLimits, Draft, GeneratedShader, Request, ResourceSize, Source,

@@ -6,6 +6,7 @@ use naga::WithSpan;
 use naga::front::wgsl::ParseError;
 use naga::valid::ValidationError;
 
+use super::ShaderError;
 use super::resolve::shared_modules;
 use crate::diagnostic::{Diagnostic, Place, SourceText};
 
@@ -34,11 +35,6 @@ pub struct Segment {
     /// Where they come from.
     pub origin: Origin,
 }
-
-/// A shader that cannot be made; the message carries file, line, column and a caret.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct ShaderError(pub String);
 
 /// A generated text with its origins.
 pub struct Mapped<'a> {
