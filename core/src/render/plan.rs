@@ -39,7 +39,7 @@ pub struct Pipeline {
 }
 
 /// What runs the modules of a pass. Entry points that the modules do not declare themselves are the engine's: they also
-/// guard against devices that end loops before they are done (llvmpipe does after 65536 rounds in sum), which no renderer
+/// guard against devices that end loops before they are done (llvmpipe does after 65535 rounds in sum), which no renderer
 /// needs to know of.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Stage {

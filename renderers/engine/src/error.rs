@@ -44,7 +44,7 @@ pub enum EngineError {
     /// The device ended loops of a shader before they were done, so that there is no picture.
     #[error(
         "the device ended the loops of the shader before they were done, in {pixels} pixels, though each took a single sample \
-         at a time (llvmpipe ends them after 65536 rounds in all): decode at the site deferred or host, take a filter \
+         at a time (llvmpipe ends them after 65535 rounds in all): decode at the site deferred or host, take a filter \
          that fetches less or no light, or draw on another device"
     )]
     CutOff {
