@@ -5,7 +5,8 @@ use std::fmt::Debug;
 use super::FetchVoxels;
 use super::voxels::decode_region;
 use crate::codec::{
-    Agreement, BlockTexture, DecodeError, DecodedForm, Decoder, Resource, ShaderDecode, WgslModule, check_key,
+    Agreement, BlockTexture, DecodeError, DecodedForm, Decoder, Resource, ShaderDecode, WgslModule,
+    check_key_at,
 };
 use crate::volume::{BrickKey, FrameIndex, Level, ReferenceFrames, Region, ValueRange, VolumeLayout};
 
@@ -19,6 +20,11 @@ pub trait StreamReader: Debug + Send + Sync {
 
     /// Shape of the decoded volume.
     fn layout(&self) -> &VolumeLayout;
+
+    /// Resolutions of the stream, the full one included, as [`crate::codec::Codec::resolutions`].
+    fn resolutions(&self) -> u8 {
+        1
+    }
 
     /// A frame at a level.
     fn frame(&self, frame: FrameIndex, level: Level) -> Self::Frame<'_>;
@@ -60,13 +66,13 @@ impl<R: StreamReader> Decoder for R {
         _references: &dyn ReferenceFrames,
         out: &mut [f32],
     ) -> Result<(), DecodeError> {
-        check_key(StreamReader::layout(self), key)?;
+        check_key_at(StreamReader::layout(self), self.resolutions(), key)?;
         decode_region(&self.frame(key.frame, key.level), key.region, out);
         Ok(())
     }
 
     fn value_range(&self, key: BrickKey) -> Option<ValueRange> {
-        check_key(StreamReader::layout(self), key).ok()?;
+        check_key_at(StreamReader::layout(self), self.resolutions(), key).ok()?;
         self.range(key)
     }
 
@@ -76,7 +82,8 @@ impl<R: StreamReader> Decoder for R {
 
     fn block_texture(&self, frame: FrameIndex, level: Level) -> Option<BlockTexture<'_>> {
         let layout = StreamReader::layout(self);
-        check_key(layout, BrickKey { frame, level, region: Region::whole(layout.extent) }).ok()?;
+        let region = Region::whole(layout.extent.at_resolution(level.resolution));
+        check_key_at(layout, self.resolutions(), BrickKey { frame, level, region }).ok()?;
         StreamReader::block_texture(self, frame, level)
     }
 

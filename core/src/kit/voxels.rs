@@ -1,4 +1,4 @@
-//! Decoding a box of voxels by a codec of which any voxel decodes on its own.
+//! Decoding a box of voxels. Each voxel decodes on its own.
 
 use super::BlockGrid;
 use crate::render::Cell;
@@ -7,7 +7,7 @@ use crate::volume::Region;
 /// A voxel: one value per channel, 0 where there is no channel.
 pub type Voxel = [f32; 4];
 
-/// One frame of which any voxel decodes on its own. A cell, a row or a box may have a faster way, with equal values.
+/// One frame. Each of its voxels decodes on its own. A cell, a row or a box may have a faster way, with equal values.
 pub trait FetchVoxels {
     /// Values per voxel: 1 or 3.
     fn channels(&self) -> usize;
@@ -48,7 +48,7 @@ pub trait FetchVoxels {
     }
 }
 
-/// Fills a box from whole blocks, each of which is decoded once: `values` gives all voxels of channel `c` of a block, x
+/// Fills a box from whole blocks. Each block is decoded once: `values` gives all voxels of channel `c` of a block, x
 /// fastest. The [`FetchVoxels::fetch_box`] of a codec whose blocks cost the same for one voxel as for all.
 pub fn fill_from_blocks<V: AsRef<[f32]>>(
     grid: &BlockGrid,

@@ -57,6 +57,10 @@ impl Codec for MutatedCodec {
         self.inner.stages(settings)
     }
 
+    fn resolutions(&self, settings: &Settings) -> u8 {
+        self.inner.resolutions(settings)
+    }
+
     fn block(&self, settings: &Settings) -> Option<Block> {
         self.inner.block(settings)
     }

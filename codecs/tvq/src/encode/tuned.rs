@@ -9,7 +9,7 @@ pub mod codebooks {
     /// A round of training that gains less than this part of the distortion is the last. Twice that of `vq` and `hvq`: many
     /// codebooks are trained for one that is kept. Alone, not measured.
     pub const GAIN: f64 = 2e-3;
-    /// Rounds of training of a codebook that only tells what is to be expected. Limit.
+    /// Rounds of training of a codebook that only shows what to expect. Limit.
     pub const QUICK_ROUNDS: u32 = 2;
     /// The container's header is a multiple of so many bytes. Of the container format.
     pub const HEADER_BYTES: f64 = 2048.0;
@@ -26,9 +26,9 @@ pub mod codebooks {
     /// Error, over max − min, from which a search begins without a PSNR: what 38 dB leave, which lie within *Over
     /// rates*. It is where a search begins, and not where it ends.
     pub const FIRST_ERROR: f64 = 0.0126;
-    /// Blocks of which the trainer copies residuals at a time. Limit of memory.
+    /// The trainer copies the residuals of so many blocks at a time. Limit of memory.
     pub const AT_ONCE: usize = 8192;
-    /// Blocks that tell in which partition most of what is left lies. Limit.
+    /// Blocks that show which partition holds most of the remaining error. Limit.
     pub const LEADING_BLOCKS: usize = 2048;
     /// Blocks that a basis is made of. Limit.
     pub const BASIS_BLOCKS: usize = 16384;
@@ -47,15 +47,15 @@ pub mod fixed {
     pub const ENOUGH_FOR: f64 = 1024.0;
     /// How many times the settings' blocks train at most. Limit.
     pub const MOST_TRAINING: f64 = 2.5;
-    /// Numbers of codebooks are tried of which at most so many times the least error is expected: one, two and three. *Where the
+    /// One, two or three codebooks are tried where their expected error is at most this multiple of the least. *Where the
     /// loss lies*: what curves expect is 20 to 45 % below the error that comes out, and at these rates one codebook was best.
     pub const TRIED: [f64; 3] = [1.6, 1.1, 1.0];
     /// The same where codevectors keep to the zones of their partition, so that none does without three codebooks for nothing.
     pub const TRIED_CONFINED: [f64; 3] = [1.0, 1.1, 1.35];
     /// With no more blocks than this every number is tried, with a target or without. Limit: it takes seconds.
     pub const FEW_BLOCKS: f64 = 32768.0;
-    /// And at a rate two codebooks of which the first has such shares of the codewords: where large codebooks know most blocks
-    /// by heart, curves do not tell which share serves best. *Where the loss lies*, pcasl: four fifths. Alone, not measured.
+    /// Under a rate, two codebooks are tried with these shares of the codewords in the first. Large codebooks know most blocks
+    /// by heart, and curves do not show then which share is best. *Where the loss lies*, pcasl: four fifths. Alone, not measured.
     pub const SHARES: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 0.65, 0.8];
     /// Most blocks times codewords of one of fewer than three codebooks. Limit: more would train for minutes.
     pub const MOST_PAIRS: f64 = (1_u64 << 31) as f64;
@@ -77,7 +77,7 @@ pub mod fixed {
 
 /// The payload `variable`: growth of codebooks.
 pub mod growth {
-    /// Part of a block's error that a code takes away, as a rule: blocks of which not even that would pay are not trained on.
+    /// Part of a block's error that a code takes away, as a rule. A block is not trained on if even that would not pay.
     /// Alone, not measured.
     pub const PART_GAINED: f64 = 0.35;
     /// A codebook has no more codewords than one for so many blocks. Alone, not measured.
