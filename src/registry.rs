@@ -19,6 +19,7 @@ pub fn codecs() -> Result<Registry, RegistryError> {
         cvr_external::codec(),
         cvr_hvq::codec(),
         cvr_raw::codec(),
+        cvr_rvq::codec(),
         cvr_s3dc::codec(),
         cvr_tvq::codec(),
         cvr_vq::codec(),

@@ -14,16 +14,25 @@ pub struct Cells {
 
 impl Cells {
     /// Of `size` codewords.
-    pub fn new(nearest: &[Nearest], size: usize) -> Self {
+    pub(crate) fn new(nearest: &[Nearest], size: usize) -> Self {
+        Self::of(nearest.iter().map(|n| n.index), size)
+    }
+
+    /// Of `size` codewords, by the codeword of each vector.
+    ///
+    /// # Panics
+    /// When there is no such codeword.
+    #[must_use]
+    pub fn of(codewords: impl Iterator<Item = u32> + Clone, size: usize) -> Self {
         let mut starts = vec![0; size + 1];
-        nearest.iter().for_each(|n| starts[n.index as usize + 1] += 1);
+        codewords.clone().for_each(|k| starts[k as usize + 1] += 1);
         for k in 0..size {
             starts[k + 1] += starts[k];
         }
         let mut places = starts.clone();
-        let mut order = vec![0; nearest.len()];
-        for (i, n) in nearest.iter().enumerate() {
-            let place = &mut places[n.index as usize];
+        let mut order = vec![0; starts[size]];
+        for (i, k) in codewords.enumerate() {
+            let place = &mut places[k as usize];
             order[*place] = i as u32;
             *place += 1;
         }
@@ -31,16 +40,24 @@ impl Cells {
     }
 
     /// Numbers of the vectors of codeword `k`, ascending.
+    ///
+    /// # Panics
+    /// When there is no such codeword.
+    #[must_use]
     pub fn members(&self, k: usize) -> &[u32] {
         &self.order[self.starts[k]..self.starts[k + 1]]
     }
 
     /// Weighted squared distance of the members.
-    pub fn distortion(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> f64 {
+    pub(crate) fn distortion(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> f64 {
         self.members(k).iter().map(|i| vectors.weight(*i as usize) * nearest[*i as usize].distance).sum()
     }
 
     /// Weighted mean of a cell that has members.
+    ///
+    /// # Panics
+    /// When there is no such codeword.
+    #[must_use]
     pub fn mean(&self, k: usize, vectors: &Vectors) -> Vec<f64> {
         wide(|| {
             let mut sums = vec![0.0; vectors.dimension()];
@@ -58,7 +75,7 @@ impl Cells {
     }
 
     /// The member that adds most to the distortion; of several the first.
-    pub fn worst(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> Option<usize> {
+    pub(crate) fn worst(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> Option<usize> {
         let share = |i: &u32| vectors.weight(*i as usize) * nearest[*i as usize].distance;
         let worst = self.members(k).iter().rev().max_by(|a, b| share(a).total_cmp(&share(b)));
         worst.map(|i| *i as usize)

@@ -24,7 +24,20 @@ impl Codebook {
         Self::placed(vectors, dimension, quantiser).0
     }
 
-    /// The same, and where each of the vectors went.
+    /// As many codewords as `vectors` (one after the other), the nearest to each, equal ones kept: a codeword has the number
+    /// of its vector.
+    ///
+    /// # Panics
+    /// When `vectors` is no whole number of vectors.
+    #[must_use]
+    pub fn one_for_each(vectors: &[f64], dimension: usize, quantiser: Quantiser) -> Self {
+        assert!(dimension > 0 && vectors.len().is_multiple_of(dimension), "no whole number of vectors");
+        let mut codebook = Self { dimension, quantiser, codes: Vec::new(), values: Vec::new() };
+        codebook.push(&vectors.iter().map(|v| quantiser.code(*v)).collect::<Vec<_>>());
+        codebook
+    }
+
+    /// As [`Codebook::nearest_to`], and where each of the vectors went.
     pub(crate) fn placed(vectors: &[f64], dimension: usize, quantiser: Quantiser) -> (Self, Vec<u32>) {
         assert!(dimension > 0 && vectors.len().is_multiple_of(dimension), "no whole number of vectors");
         let mut codebook = Self { dimension, quantiser, codes: Vec::new(), values: Vec::new() };

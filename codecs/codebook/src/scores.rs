@@ -42,46 +42,70 @@ pub fn product(vectors: &[f32], operands: &[f32], width: usize, scores: &mut [f3
     }
 }
 
-/// The codewords that may be nearest to one vector, in ascending order.
+/// The codewords that may be among the nearest to one vector, in ascending order.
 #[derive(Clone, Debug)]
 pub struct Candidates {
-    lowest: f32,
+    /// The lowest scores so far, as many as codewords are wanted, ascending.
+    lowest: Vec<f32>,
     margin: f32,
     list: Vec<(u32, f32)>,
 }
 
 impl Candidates {
-    /// None yet. `margin` is that of the vector.
-    pub const fn new(margin: f32) -> Self {
-        Self { lowest: f32::INFINITY, margin, list: Vec::new() }
+    /// None yet; `count` codewords are wanted. `margin` is that of the vector.
+    pub fn new(margin: f32, count: usize) -> Self {
+        Self { lowest: vec![f32::INFINITY; count], margin, list: Vec::new() }
+    }
+
+    /// The score above which no codeword is a candidate.
+    fn limit(&self) -> f32 {
+        self.lowest.last().copied().unwrap_or(f32::NEG_INFINITY) + self.margin
+    }
+
+    /// Keeps a score if it is among the lowest.
+    fn keep(&mut self, score: f32) {
+        let place = self.lowest.partition_point(|low| *low <= score);
+        if place < self.lowest.len() {
+            self.lowest[place..].rotate_right(1);
+            self.lowest[place] = score;
+        }
     }
 
     /// The scores of the codewords from `first` on.
     pub fn take(&mut self, first: u32, scores: &[f32]) {
         wide(|| {
             let [lowest, _] = two_lowest(scores);
-            if lowest > self.lowest + self.margin {
+            let mut limit = self.limit();
+            if lowest > limit {
                 return;
             }
-            if lowest < self.lowest {
-                self.lowest = lowest;
-                let limit = lowest + self.margin;
-                self.list.retain(|(_, score)| *score <= limit);
+            // Where one is wanted, the limit is known before the scores are looked at one by one.
+            let one = self.lowest.len() == 1;
+            if one && lowest < self.lowest[0] {
+                self.lowest[0] = lowest;
+                limit = self.limit();
             }
-            let limit = self.lowest + self.margin;
             for (first, scores) in (first..).step_by(LANES).zip(scores.chunks(LANES)) {
                 // Without a branch, so that a chunk is one comparison: hardly any holds a candidate.
                 if scores.iter().fold(false, |any, score| any | (*score <= limit)) {
-                    let near = (first..).zip(scores).filter(|(_, score)| **score <= limit);
-                    self.list.extend(near.map(|(index, score)| (index, *score)));
+                    for (index, &score) in (first..).zip(scores) {
+                        if score <= limit {
+                            self.list.push((index, score));
+                            if !one {
+                                self.keep(score);
+                                limit = self.limit();
+                            }
+                        }
+                    }
                 }
             }
+            self.list.retain(|(_, score)| *score <= limit);
         });
     }
 
     /// Indices of the candidates, ascending.
     pub fn indices(&self) -> impl Iterator<Item = u32> {
-        let limit = self.lowest + self.margin;
+        let limit = self.limit();
         self.list.iter().filter(move |(_, score)| *score <= limit).map(|(index, _)| *index)
     }
 }
@@ -143,11 +167,16 @@ mod tests {
 
     #[test]
     fn candidates_are_all_that_rounding_may_confuse() {
-        let mut candidates = Candidates::new(0.5);
+        let mut candidates = Candidates::new(0.5, 1);
         candidates.take(0, &[3.0, 1.4, 9.0]);
         candidates.take(3, &[1.0, 1.6, 1.5]);
         assert_eq!(candidates.indices().collect::<Vec<_>>(), [1, 3, 5]);
         candidates.take(6, &[0.2]);
         assert_eq!(candidates.indices().collect::<Vec<_>>(), [6]);
+        let mut two = Candidates::new(0.5, 2);
+        two.take(0, &[3.0, 1.4, 9.0]);
+        assert_eq!(two.indices().collect::<Vec<_>>(), [0, 1]);
+        two.take(3, &[1.0, 2.0, 1.9]);
+        assert_eq!(two.indices().collect::<Vec<_>>(), [1, 3, 5]);
     }
 }

@@ -119,13 +119,33 @@ impl<'a> Search<'a> {
     /// When `rows` is no whole number of vectors.
     #[must_use]
     pub fn rows(&self, rows: &[f32]) -> Vec<Nearest> {
+        let mut nearest = Vec::with_capacity(rows.len() / self.codebook.dimension());
+        self.nearest(rows, 1, &mut nearest);
+        nearest
+    }
+
+    /// The `count` nearest codewords of each of some vectors that follow each other in `rows`, on this thread: nearest first,
+    /// of equally near ones the first; all of a codebook that has no more. Those of a vector follow those of the one before.
+    ///
+    /// # Panics
+    /// When `rows` is no whole number of vectors, or `count` is zero.
+    #[must_use]
+    pub fn several(&self, rows: &[f32], count: usize) -> Vec<Nearest> {
+        assert!(count > 0, "no codeword is wanted");
+        let count = count.min(self.codebook.size());
+        let mut nearest = Vec::with_capacity(rows.len() / self.codebook.dimension() * count);
+        self.nearest(rows, count, &mut nearest);
+        nearest
+    }
+
+    fn nearest(&self, rows: &[f32], count: usize, nearest: &mut Vec<Nearest>) {
         let dimension = self.codebook.dimension();
         assert!(rows.len().is_multiple_of(dimension), "no whole number of vectors");
-        rows.chunks(ROWS * dimension).flat_map(|block| self.block(block)).collect()
+        rows.chunks(ROWS * dimension).for_each(|block| self.block(block, count, nearest));
     }
 
     /// At most [`ROWS`] vectors.
-    fn block(&self, rows: &[f32]) -> Vec<Nearest> {
+    fn block(&self, rows: &[f32], wanted: usize, nearest: &mut Vec<Nearest>) {
         let dimension = self.codebook.dimension();
         let (count, width) = (rows.len() / dimension, dimension + 1);
         let mut vectors = Vec::with_capacity(count * width);
@@ -138,7 +158,7 @@ impl<'a> Search<'a> {
                 vectors.push(x);
             }
             vectors.push(1.0);
-            candidates.push(Candidates::new(self.margin(norm.sqrt())));
+            candidates.push(Candidates::new(self.margin(norm.sqrt()), wanted));
         }
         let mut scores = vec![0.0_f32; count * COLUMNS];
         for (tile, operands) in self.operands.chunks(COLUMNS * width).enumerate() {
@@ -149,23 +169,32 @@ impl<'a> Search<'a> {
                 candidates.take((tile * COLUMNS) as u32, scores);
             }
         }
-        let decide = |(row, candidates): (&[f32], &Candidates)| self.decide(row, candidates);
-        rows.chunks_exact(dimension).zip(&candidates).map(decide).collect()
+        for (row, candidates) in rows.chunks_exact(dimension).zip(&candidates) {
+            if wanted == 1 {
+                nearest.push(self.decide(row, candidates));
+            } else {
+                let mut all: Vec<Nearest> = candidates.indices().map(|index| self.measured(row, index)).collect();
+                // Stable, so that of equally near ones the first comes first.
+                all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+                nearest.extend(&all[..wanted]);
+            }
+        }
     }
 
     fn margin(&self, norm: f64) -> f32 {
         margin(self.codebook.dimension(), norm, self.radius)
     }
 
+    /// A codeword with its distance in double precision.
+    fn measured(&self, row: &[f32], index: u32) -> Nearest {
+        let distance = squared(row, self.codebook.codeword(index as usize), self.mask.as_deref());
+        Nearest { index, distance }
+    }
+
     fn decide(&self, row: &[f32], candidates: &Candidates) -> Nearest {
-        let mut best = Nearest { index: 0, distance: f64::INFINITY };
-        for index in candidates.indices() {
-            let distance = squared(row, self.codebook.codeword(index as usize), self.mask.as_deref());
-            if distance < best.distance {
-                best = Nearest { index, distance };
-            }
-        }
-        best
+        let all = candidates.indices().map(|index| self.measured(row, index));
+        let none = Nearest { index: 0, distance: f64::INFINITY };
+        all.fold(none, |best, next| if next.distance < best.distance { next } else { best })
     }
 }
 
@@ -176,15 +205,12 @@ mod tests {
     use cvr_core::volume::ValueRange;
     use proptest::prelude::*;
 
-    fn by_hand(codebook: &Codebook, row: &[f32], mask: Option<&[bool]>) -> Nearest {
-        let mut best = Nearest { index: 0, distance: f64::INFINITY };
-        for k in 0..codebook.size() {
-            let distance = squared(row, codebook.codeword(k), mask);
-            if distance < best.distance {
-                best = Nearest { index: k as u32, distance };
-            }
-        }
-        best
+    /// All codewords, nearest first.
+    fn by_hand(codebook: &Codebook, row: &[f32], mask: Option<&[bool]>) -> Vec<Nearest> {
+        let measured = |k: usize| Nearest { index: k as u32, distance: squared(row, codebook.codeword(k), mask) };
+        let mut all: Vec<Nearest> = (0..codebook.size()).map(measured).collect();
+        all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        all
     }
 
     fn hashed(i: usize, seed: u32) -> f64 {
@@ -204,6 +230,7 @@ mod tests {
             levels in prop_oneof![Just(3.0), Just(40.0), Just(1e6)],
             offset in prop_oneof![Just(0.0_f32), Just(-1e6), Just(1e30)],
             masked: bool,
+            wanted in 2_usize..9,
             seed: u32,
         ) {
             let range = ValueRange { min: offset, max: (f64::from(offset) * 1.5 + 256.0) as f32 };
@@ -219,7 +246,11 @@ mod tests {
             let mask = masked.then_some(&mask[..]);
             let found = Search::new(&codebook, mask).all(&Vectors::of_rows(dimension, rows.clone()));
             for (row, found) in rows.chunks_exact(dimension).zip(found) {
-                prop_assert_eq!(found, by_hand(&codebook, row, mask));
+                prop_assert_eq!(found, by_hand(&codebook, row, mask)[0]);
+            }
+            let several = Search::new(&codebook, mask).several(&rows, wanted);
+            for (row, found) in rows.chunks_exact(dimension).zip(several.chunks_exact(wanted.min(codebook.size()))) {
+                prop_assert_eq!(found, &by_hand(&codebook, row, mask)[..found.len()]);
             }
         }
     }

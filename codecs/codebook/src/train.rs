@@ -28,10 +28,27 @@ pub struct Training {
 /// # Panics
 /// When there are no vectors, or `size` is zero.
 pub fn train(vectors: &Vectors, training: &Training, run: &Progress<'_>) -> Result<Trained, Cancelled> {
+    train_over(vectors, training, |_| training.quantiser, run)
+}
+
+/// As [`train`], where the first codewords, before they are stored, decide how codewords are stored.
+///
+/// # Errors
+/// When `run` was cancelled.
+///
+/// # Panics
+/// When there are no vectors, or `size` is zero.
+pub fn train_over(
+    vectors: &Vectors,
+    training: &Training,
+    quantiser: impl FnOnce(&[f64]) -> Quantiser,
+    run: &Progress<'_>,
+) -> Result<Trained, Cancelled> {
     assert!(training.size > 0, "a codebook needs a codeword");
     let vectors = vectors.merged();
     let first = training.initial.begin(&vectors, training.size, training.seed, run)?;
-    let (codebook, places) = Codebook::placed(&first.codewords, vectors.dimension(), training.quantiser);
+    let quantiser = quantiser(&first.codewords);
+    let (codebook, places) = Codebook::placed(&first.codewords, vectors.dimension(), quantiser);
     let cells = first.cells.map(|cells| cells.into_iter().map(|k| places[k as usize]).collect::<Vec<u32>>());
     // Members of a cell side by side are read faster in every round.
     let Some(mut cells) = cells else {

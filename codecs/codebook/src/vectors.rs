@@ -86,6 +86,12 @@ impl Vectors {
         &self.values
     }
 
+    /// All components, to be changed. They stay finite.
+    #[must_use]
+    pub fn values_mut(&mut self) -> &mut [f32] {
+        &mut self.values
+    }
+
     /// Vector `i`.
     ///
     /// # Panics

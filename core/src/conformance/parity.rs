@@ -24,13 +24,22 @@ pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
         paths.extend(info.fetch_cell.then(|| ("fetch_cell", Some(true), shader.agreement())));
     }
     paths.extend(frame.map(|shader| ("passes", None, shader.agreement())));
-    let most = case.codec.stages(case.settings);
-    for resolution in 0..case.codec.resolutions(case.settings) {
-        for stages in (1..most).chain([Level::ALL_STAGES]) {
-            let level = Level { resolution, stages };
-            at_level(case, decoder.as_ref(), level, &paths, dump, report);
-        }
+    for level in levels(case.codec.stages(case.settings), case.codec.resolutions(case.settings)) {
+        at_level(case, decoder.as_ref(), level, &paths, dump, report);
     }
+}
+
+/// The levels at which shaders are compared, since each is a shader of its own: the first stages and the last at full
+/// resolution, and every coarser resolution at one of both ends in turn.
+fn levels(stages: u8, resolutions: u8) -> Vec<Level> {
+    let (first, all) = (1.min(stages - 1), Level::ALL_STAGES);
+    let mut of_full = vec![first, stages / 2, stages - 1];
+    of_full.retain(|stages| *stages > 0);
+    of_full.sort_unstable();
+    of_full.dedup();
+    let full = of_full.into_iter().chain([all]).map(|stages| Level { resolution: 0, stages });
+    let end = |resolution: u8| if resolution % 2 == 1 || first == 0 { all } else { first };
+    full.chain((1..resolutions).map(|resolution| Level { resolution, stages: end(resolution) })).collect()
 }
 
 /// Name of a path, whether by `fetch_cell` if by a snippet at all, and what is stated.
@@ -68,5 +77,21 @@ fn at_level(
                 format!("frame {}, resolution {resolution}, stages {stages}, {path}: {problem}", frame.0)
             });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_both_ends_of_stages_and_every_resolution() {
+        let of = |stages, resolutions| -> Vec<(u8, u8)> {
+            levels(stages, resolutions).into_iter().map(|level| (level.resolution, level.stages)).collect()
+        };
+        assert_eq!(of(1, 1), [(0, 255)]);
+        assert_eq!(of(1, 3), [(0, 255), (1, 255), (2, 255)]);
+        assert_eq!(of(4, 1), [(0, 1), (0, 2), (0, 3), (0, 255)]);
+        assert_eq!(of(13, 3), [(0, 1), (0, 6), (0, 12), (0, 255), (1, 255), (2, 1)]);
     }
 }

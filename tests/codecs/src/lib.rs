@@ -8,6 +8,7 @@
 
 pub mod device;
 pub mod kept;
+pub mod measure;
 pub mod mutated;
 pub mod real;
 

@@ -24,8 +24,8 @@ pub const HEAD_WORDS: u32 = 2;
 pub const TABLE_HEAD: u32 = 5;
 /// Words of a codebook in its table.
 pub const BOOK_WORDS: u32 = 3;
-/// Bits of a value before it is scaled to data units.
-pub const VALUE_BITS: u32 = 16;
+pub use cvr_codebook::scale::VALUE_BITS;
+
 /// Largest value before it is scaled to data units.
 pub const TOP: i32 = (1 << VALUE_BITS) - 1;
 

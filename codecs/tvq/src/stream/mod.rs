@@ -2,7 +2,6 @@
 
 pub mod bits;
 pub mod geometry;
-pub mod scale;
 pub mod table;
 
 /// Tensor and shader resource: how the blocks of each sub-volume are to be read.
@@ -13,3 +12,5 @@ pub const CODEBOOK: &str = "codebook";
 pub const INDEX: &str = "index";
 /// Tensor and shader resource: where the means and codes of each brick begin.
 pub const HEADS: &str = "heads";
+
+pub use cvr_codebook::scale;

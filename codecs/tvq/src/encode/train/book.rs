@@ -50,14 +50,6 @@ pub struct Population<'a> {
     pub classes: &'a [u8],
 }
 
-/// The quantiser of entries that reaches up to `largest`, the middle code 0, and its scale.
-#[allow(clippy::unwrap_used, reason = "an integer below 2^11 is a step")]
-fn entries_over(bits: u32, largest: f64) -> (Quantiser, Scale) {
-    let scale = Scale::reaching(bits, largest);
-    let unit = scale.units() as f32;
-    (Quantiser::of_stream(bits, -unit * (1_u32 << (bits - 1)) as f32, unit).unwrap(), scale)
-}
-
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |largest, v| largest.max(v.abs()))
 }
@@ -66,7 +58,7 @@ impl Book {
     /// The zero vector alone.
     #[must_use]
     pub fn zero(partition: Partition, bits: u32) -> Self {
-        let (quantiser, scale) = entries_over(bits, 0.0);
+        let (quantiser, scale) = Scale::entries(bits, 0.0);
         let codebook = Codebook::nearest_to(&[0.0; VOXELS], VOXELS, quantiser);
         Self { partition, scale, codebook, chapters: [0; CLASSES.len()] }
     }
@@ -87,7 +79,7 @@ impl Book {
         if size <= 1 || greatest == 0.0 {
             return Ok(Self::zero(partition, recipe.entry_bits));
         }
-        let (fine, _) = entries_over(16, greatest);
+        let (fine, _) = Scale::entries(16, greatest);
         let mut counts = [0; CLASSES.len()];
         classes.iter().for_each(|class| counts[*class as usize] += 1);
         let mut parts = counts.map(|count| Vectors::with_room_for(count, VOXELS));
@@ -114,7 +106,7 @@ impl Book {
                 chapters[class] = trained.size() as u32;
             }
         }
-        let (quantiser, scale) = entries_over(recipe.entry_bits, largest(words.iter().copied()));
+        let (quantiser, scale) = Scale::entries(recipe.entry_bits, largest(words.iter().copied()));
         let mut all = Vectors::with_room_for(counts.iter().sum(), VOXELS);
         parts.into_iter().for_each(|part| all.append(&part));
         let first = Codebook::nearest_to(&words[VOXELS..], VOXELS, quantiser);

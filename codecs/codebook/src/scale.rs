@@ -1,7 +1,12 @@
-//! What an entry of a codebook counts: an integer of four significant bits, so that the largest entry of a codebook comes
-//! near the largest code whatever it is.
+//! Codewords whose components are sums of integers: what an entry of a codebook counts.
+//!
+//! A decoder of several stages adds entries of several codebooks. Each codebook has a scale of its own, an integer of four
+//! significant bits, so that its largest entry comes near the largest code. Sums are exact in 32 bits.
 
-use super::geometry::VALUE_BITS;
+use crate::Quantiser;
+
+/// Bits of a value before it is scaled to data units.
+pub const VALUE_BITS: u32 = 16;
 
 /// The lowest bit of a scale in the form of a codebook.
 const AT: u32 = 8;
@@ -34,6 +39,18 @@ impl Scale {
         all.find(reaches).unwrap_or(greatest)
     }
 
+    /// The scale that reaches up to `largest`, and its entries as a quantiser: codes of so many bits, the middle one is 0.
+    ///
+    /// # Panics
+    /// When `bits` is neither 8 nor 16.
+    #[must_use]
+    #[allow(clippy::unwrap_used, reason = "an integer below 2^11 is a step")]
+    pub fn entries(bits: u32, largest: f64) -> (Quantiser, Self) {
+        let scale = Self::reaching(bits, largest);
+        let unit = scale.units() as f32;
+        (Quantiser::of_stream(bits, -unit * (1_u32 << (bits - 1)) as f32, unit).unwrap(), scale)
+    }
+
     /// Most that an exponent may be: sums of all codebooks stay within 32 bits.
     const fn most_exponent(entry_bits: u32) -> u32 {
         26 - VALUE_BITS - if entry_bits == 16 { 7 } else { 0 }
@@ -60,6 +77,18 @@ impl Scale {
             exponent: bits & ((1 << EXPONENT_BITS) - 1),
             fraction: bits >> EXPONENT_BITS & (FRACTIONS - 1),
         }
+    }
+
+    /// Its bits as a byte: the exponent, and the fraction above it.
+    #[must_use]
+    pub const fn byte(self) -> u8 {
+        (self.form() >> AT) as u8
+    }
+
+    /// The scale of a byte.
+    #[must_use]
+    pub const fn of_byte(byte: u8) -> Self {
+        Self::of_form((byte as u32) << AT)
     }
 
     /// Whether entries of so many bits may have it.
@@ -93,6 +122,7 @@ mod tests {
             for fraction in 0..8 {
                 let scale = Scale { exponent, fraction };
                 assert_eq!(Scale::of_form(scale.form() | 31 | 3 << 16), scale);
+                assert_eq!(Scale::of_byte(scale.byte()), scale);
             }
         }
         assert!(Scale::of_form(10 << 8).fits(8) && !Scale::of_form(11 << 8).fits(8));
