@@ -11,7 +11,6 @@ their mean squared error, and PSNR over max - min, unrounded. Seconds are of tra
 taken in turn (one run with 4096 codewords): CPU seconds on one thread, wall-clock seconds on more. Ours ends with the
 round that gains less than GAIN of the error.
 """
-import gzip
 import json
 import os
 import statistics
@@ -19,7 +18,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import zlib
 
 THREADS = int(sys.argv[1]) if len(sys.argv) > 1 else 1
 SIZES = [int(a) for a in sys.argv[2:]] or [256, 4096]
@@ -28,55 +26,11 @@ os.environ["OMP_NUM_THREADS"] = str(THREADS)
 import faiss
 import numpy as np
 
-DATA = os.environ["CVR_DATA"]
+from real_volumes import blocks, bonsai, colours, fingers, lidc_chest, mr_vs, vorticity
+
 TRAIN = os.environ.get("TRAIN") or os.path.join(os.environ.get("CARGO_TARGET_DIR", "target"), "release/examples/train")
 TRAINING_BLOCKS = 65536
 ROUNDS = 25
-
-
-def whole(name):
-    with open(os.path.join(DATA, name), "rb") as f:
-        return f.read()
-
-
-def bonsai():
-    packed = whole("bonsai.nrrd")
-    return np.frombuffer(gzip.decompress(packed[packed.index(b"\n\n") + 2:]), "u1").reshape(256, 256, 256)
-
-
-def mr_vs():
-    return np.frombuffer(zlib.decompress(whole("mr_vs.zraw")), "<u2").reshape(120, 416, 352)
-
-
-def lidc_chest():
-    packed, mark = whole("lidc_chest.mha"), b"ElementDataFile = LOCAL\n"
-    return np.frombuffer(zlib.decompress(packed[packed.index(mark) + len(mark):]), "u1").reshape(133, 256, 256)
-
-
-def vorticity():
-    return np.frombuffer(whole("vorticity.128_128_41"), "<f4").reshape(41, 128, 128)
-
-
-def blocks(volume, edge):
-    """(z, y, x) to rows of edge^3 values; the last voxels are repeated at the border."""
-    volume = np.pad(volume.astype("f4"), [(0, -n % edge) for n in volume.shape], mode="edge")
-    z, y, x = (n // edge for n in volume.shape)
-    rows = volume.reshape(z, edge, y, edge, x, edge).transpose(0, 2, 4, 1, 3, 5)
-    return np.ascontiguousarray(rows).reshape(-1, edge ** 3)
-
-
-def colours(edge):
-    """Example_rgb.nii.gz: (z, y, x, 3) behind a header of 352 bytes."""
-    data = np.frombuffer(gzip.decompress(whole("example_rgb.nii.gz")), "u1", offset=352).reshape(60, 96, 96, 3)
-    channels = [blocks(data[..., c], edge) for c in range(3)]
-    return np.stack(channels, axis=2).reshape(len(channels[0]), -1)
-
-
-def fingers(edge):
-    """viscous_fingers: blocks of three frames in turn, from each of the first 22."""
-    steps = [np.frombuffer(whole(f"viscous_fingers/step{t:03}.raw"), "<f4").reshape(64, 64, 64) for t in range(21, 45)]
-    frames = [blocks(step, edge) for step in steps]
-    return np.concatenate([np.concatenate(frames[t:t + 3], axis=1) for t in range(22)])
 
 
 def scalar(volume):
