@@ -142,7 +142,7 @@ impl ShaderDecode for StagesRead {
 
 fn decoder(names: &Names, id: &str) -> Box<dyn Decoder> {
     let codec = names.codecs().get(id).unwrap();
-    let settings = Settings::default().complete(codec.info()).unwrap();
+    let settings = codec.info().complete(&Settings::default()).unwrap();
     let stream = encode_temporary(codec.as_ref(), &settings, &volume()).unwrap();
     codec.decoder(Arc::new(stream)).unwrap()
 }

@@ -88,7 +88,7 @@ fn main() {
     let device = Device::open(&DeviceChoice::Auto).unwrap();
     let names = Names::new().unwrap();
     let raw = names.codecs().get("raw").unwrap();
-    let settings = Settings::default().complete(raw.info()).unwrap();
+    let settings = raw.info().complete(&Settings::default()).unwrap();
     let stream = encode_temporary(raw.as_ref(), &settings, &waves()).unwrap();
     let decoder: Box<dyn Decoder> = raw.decoder(Arc::new(stream)).unwrap();
     let frame = DecodedFrame::decode(decoder.as_ref(), FrameIndex::FIRST).unwrap();

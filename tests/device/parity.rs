@@ -21,7 +21,7 @@ fn check(device: &Device, codec: &dyn Codec, settings: &Settings, volume: &Finit
         return 0;
     };
     let mut samples = 0;
-    let most = codec.stages(&settings.complete(info).unwrap());
+    let most = codec.stages(&info.complete(settings).unwrap());
     for stages in (1..most).chain([Level::ALL_STAGES]) {
         let key = (FrameIndex::FIRST, Level { stages, ..Level::FULL });
         let cpu = decode_stages(decoder.as_ref(), key.0, stages, &NoReferences).unwrap();

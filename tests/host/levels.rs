@@ -134,7 +134,7 @@ fn blobs(folder: &Folder) -> FiniteVolume {
     let volume = FiniteVolume::new(dense);
     let haar = Haar::default();
     let settings: Settings = [("group".to_owned(), SettingValue::Integer(3))].into_iter().collect();
-    let settings = settings.complete(haar.info()).unwrap();
+    let settings = haar.info().complete(&settings).unwrap();
     let replaced = volume.replaced();
     encode_file(&haar, &settings, &volume, replaced, &folder.path("v.cvr"), &Progress::silent()).unwrap();
     volume

@@ -51,7 +51,7 @@ fn text_by(label: &str, scene: &Scene) -> String {
             .collect(),
         _ => Settings::default(),
     };
-    let settings = settings.complete(codec.info()).unwrap();
+    let settings = codec.info().complete(&settings).unwrap();
     let decoder = opened(codec.as_ref(), &settings, &varied([13, 17, 23], SampleType::U8, 1));
     let source = source(scene.codec, decoder.as_ref(), scene.site, scene.sampling);
     let view = scene.optics.of(view(scene.filter, scene.projection), decoder.as_ref());

@@ -370,7 +370,7 @@ fn ranges_hold_every_decoded_value() {
             for sample in [SampleType::U8, SampleType::I16, SampleType::F32] {
                 let mut settings = Settings::default();
                 settings.set(setting.unwrap().name, choice.clone());
-                let settings = settings.complete(codec.info()).unwrap();
+                let settings = codec.info().complete(&settings).unwrap();
                 let decoder = opened(codec.as_ref(), &settings, &varied([19, 8, 25], sample, 1));
                 for stages in (1..codec.stages(&settings)).chain([Level::ALL_STAGES]) {
                     let name = format!("{settings} {sample}, stages {stages}");

@@ -164,7 +164,7 @@ impl Codec for Liar {
 
     fn encoder(&self, _: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
         let settings: Settings = [("bits".to_owned(), SettingValue::from("8"))].into_iter().collect();
-        Ok(Box::new(LiarsEncoder(self.0.encoder(&settings.complete(self.info())?)?)))
+        Ok(Box::new(LiarsEncoder(self.0.encoder(&self.info().complete(&settings)?)?)))
     }
 
     fn decoder(&self, volume: std::sync::Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {

@@ -21,7 +21,7 @@ pub fn encode_file(
     path: &Path,
     run: &Progress<'_>,
 ) -> Result<Written, EncodeError> {
-    let settings = settings.complete(codec.info())?;
+    let settings = codec.info().complete(settings)?;
     let mut writer = ContainerWriter::create(path)?;
     let mut encoder = codec.encoder(&settings)?;
     let scratch = encoder.scratch_bytes(source.layout());

@@ -32,7 +32,7 @@ pub enum ConfigError {
     /// Two settings exclude each other.
     #[error("{0}")]
     Contradiction(String),
-    /// An encoder was asked for with settings that [`super::Settings::complete`] has not seen.
+    /// An encoder was asked for with settings that [`super::CodecInfo::complete`] has not seen.
     #[error("setting `{0}` is missing: complete the settings with the codec's defaults first")]
     Incomplete(String),
 }

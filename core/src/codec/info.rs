@@ -1,6 +1,6 @@
 //! What a codec says of itself.
 
-use super::{DecodedBy, Setting, SettingValue, Settings, Site};
+use super::{ConfigError, DecodedBy, Setting, SettingValue, Settings, Site};
 
 /// The publication that a codec follows.
 #[derive(Copy, Clone, Debug)]
@@ -40,6 +40,14 @@ impl CodecInfo {
     #[must_use]
     pub fn default_settings(&self) -> Settings {
         self.settings.iter().map(|s| (s.name.to_owned(), SettingValue::from(s.default))).collect()
+    }
+
+    /// These settings with the defaults of all others, every value in canonical form.
+    ///
+    /// # Errors
+    /// When a setting is unknown to the codec, or a value is not allowed.
+    pub fn complete(&self, settings: &Settings) -> Result<Settings, ConfigError> {
+        settings.complete_by(&format!("codec `{}`", self.id), self.settings)
     }
 
     /// Whether its volumes can be decoded at a site. A shader that decodes one voxel decodes a whole frame too, in a pass

@@ -186,18 +186,10 @@ impl Settings {
         self.0.iter().map(|(k, v)| (k.as_str(), v))
     }
 
-    /// Fills in the defaults of a codec and brings every value into canonical form.
+    /// Fills in the defaults of a schema and brings every value into canonical form. Errors call whose schema it is `owner`.
     ///
     /// # Errors
-    /// When a setting is unknown to the codec, or a value is not allowed.
-    pub fn complete(&self, info: &super::CodecInfo) -> Result<Self, ConfigError> {
-        self.complete_by(&format!("codec `{}`", info.id), info.settings)
-    }
-
-    /// The same by any schema; errors call it `owner`.
-    ///
-    /// # Errors
-    /// As [`Settings::complete`].
+    /// When the schema has no such setting, or a value is not allowed.
     pub fn complete_by(&self, owner: &str, schema: &[Setting]) -> Result<Self, ConfigError> {
         let is_known = |name: &str| schema.iter().any(|setting| setting.name == name);
         if let Some((name, _)) = self.iter().find(|(name, _)| !is_known(name)) {

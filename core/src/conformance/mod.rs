@@ -50,7 +50,7 @@ pub fn run_with(codec: &dyn Codec, settings: &[Settings], dump: Option<&dyn Voxe
     let mut report = Report::new(codec.info().id);
     report.has_shader = has_shader(codec);
     for settings in settings {
-        match settings.complete(codec.info()) {
+        match codec.info().complete(settings) {
             Ok(settings) => run_one(codec, &settings, dump, &mut report),
             Err(e) => {
                 report.begin(settings, "none");
@@ -68,7 +68,7 @@ pub fn run_shaders(codec: &dyn Codec, settings: &[Settings], dump: &dyn VoxelDum
     let mut report = Report::new(codec.info().id);
     report.has_shader = has_shader(codec);
     for settings in settings {
-        let settings = match settings.complete(codec.info()) {
+        let settings = match codec.info().complete(settings) {
             Ok(settings) => settings,
             Err(e) => {
                 report.fail(Property::Encode, e.to_string());
@@ -116,7 +116,7 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
         (Ok(one), Ok(four)) => [one, four],
         (Err(e), _) | (_, Err(e)) => return report.fail(Property::Threads, e.to_string()),
     };
-    let defaults = codec.info().default_settings().complete(codec.info());
+    let defaults = codec.info().complete(&codec.info().default_settings());
     let is_default = defaults.is_ok_and(|defaults| defaults == *settings);
     let chosen: BTreeSet<String> = chosen(codec, settings).map(|subject| subject.name).collect();
     for subject in subjects(volumes::block_of(codec, settings)) {

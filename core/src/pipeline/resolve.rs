@@ -210,7 +210,7 @@ fn settings_of<'a>(sweep: &CodecSweep, known: &Known<'a>) -> Vec<ResolvedCodec<'
     let codec = known.codecs.get(&sweep.id);
     let resolved = |written: Settings| {
         let checked = codec.as_ref().map_err(ToString::to_string).and_then(|codec| {
-            let complete = written.complete(codec.info()).map_err(|e| e.to_string())?;
+            let complete = codec.info().complete(&written).map_err(|e| e.to_string())?;
             let problem = codec.encoder(&complete).err().map(|e| Reason::Settings(e.to_string()));
             Ok((complete, problem))
         });

@@ -153,7 +153,7 @@ fn streams() -> Vec<(Arc<dyn Codec>, Parts)> {
         for (i, text) in list.iter().enumerate() {
             let pairs = text.split_whitespace().map(|pair| pair.split_once('=').unwrap());
             let given: Settings = pairs.map(|(name, value)| (name.to_owned(), value.into())).collect();
-            let settings = given.complete(codec.info()).unwrap();
+            let settings = codec.info().complete(&given).unwrap();
             for (size, sample, channels) in [
                 ([9, 7, 6], SampleType::U8, 1),
                 ([6, 5, 8], SampleType::F32, 1),

@@ -111,7 +111,7 @@ pub trait BlockCodec: Debug + Send + Sync + Sized + 'static {
     /// When that is not what [`BlockCodec::parameters`] writes.
     fn from_stream(volume: &EncodedVolume) -> Result<Self, DecodeError> {
         let settings: Settings = volume.parameters()?;
-        let of_schema = settings.complete(Self::INFO).and_then(|settings| Self::from_settings(&settings));
+        let of_schema = Self::INFO.complete(&settings).and_then(|settings| Self::from_settings(&settings));
         of_schema.map_err(|problem| DecodeError::Corrupt(problem.to_string()))
     }
 }
