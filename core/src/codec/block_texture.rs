@@ -55,6 +55,14 @@ impl BlockFormat {
         let edge = self.edge();
         [extent.x().next_multiple_of(edge), extent.y().next_multiple_of(edge), extent.z()]
     }
+
+    /// Bytes of a volume of one channel in whole blocks.
+    #[must_use]
+    pub fn bytes(self, extent: Extent) -> u64 {
+        let [width, height, depth] = self.padded(extent).map(u64::from);
+        let edge = u64::from(self.edge());
+        width / edge * (height / edge) * depth * u64::from(self.words()) * 4
+    }
 }
 
 /// A frame as blocks that a texture unit decodes: `value = offset + scale · texel`, where texels lie in 0..1. A device

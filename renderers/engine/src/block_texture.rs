@@ -10,13 +10,6 @@ use crate::slabs::{Slab, Slabs, WORKGROUP, no_slab, slab_uniform};
 use crate::upload::SLAB_BYTES;
 use crate::{Device, EngineError, TextureChoice, VolumeTexture};
 
-/// Bytes of a volume in whole blocks.
-pub(crate) fn block_bytes(format: BlockFormat, extent: Extent) -> u64 {
-    let [width, height, depth] = format.padded(extent).map(u64::from);
-    let edge = u64::from(format.edge());
-    width / edge * (height / edge) * depth * u64::from(format.words()) * 4
-}
-
 const fn texture_format(format: BlockFormat) -> wgpu::TextureFormat {
     match format {
         BlockFormat::Bc4 => wgpu::TextureFormat::Bc4RUnorm,
@@ -42,7 +35,7 @@ impl VolumeTexture {
             Extent::new(width, height, depth).map_err(|e| EngineError::Unsupported(e.to_string()))?;
         capabilities.check_edges(padded)?;
         let bytes: &[u8] = bytemuck::cast_slice(&blocks.words);
-        let wanted = block_bytes(format, layout.extent);
+        let wanted = format.bytes(layout.extent);
         if bytes.len() as u64 != wanted {
             let text = format!("{} bytes of blocks for a frame of {wanted}", bytes.len());
             return Err(EngineError::Unsupported(text));

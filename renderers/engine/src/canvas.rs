@@ -1,4 +1,4 @@
-//! What a picture is drawn into, and how it comes back.
+//! What a picture is drawn into, the pass that blends into it, and how it comes back.
 
 use cvr_core::render::{Blending, Image};
 use half::f16;
@@ -121,6 +121,30 @@ impl Canvas {
         Image::from_pixels(size, pixels)
             .ok_or_else(|| EngineError::Gpu("the picture came back in another size".to_owned()))
     }
+}
+
+/// Begins a pass that blends into a picture, or first makes it transparent.
+pub(crate) fn blend<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    view: &wgpu::TextureView,
+    clear: bool,
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+) -> wgpu::RenderPass<'e> {
+    let load = if clear { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+    let attachment = wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+    };
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("draw"),
+        color_attachments: &[Some(attachment)],
+        depth_stencil_attachment: None,
+        timestamp_writes,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
 }
 
 fn read_texture(device: &Device, texture: &wgpu::Texture) -> Result<Vec<[f32; 4]>, EngineError> {

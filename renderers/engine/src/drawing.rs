@@ -2,22 +2,20 @@
 
 mod check;
 mod rays;
+mod runnable;
 
 pub use rays::RayPieces;
 
-use std::sync::Arc;
-
 use check::Check;
-use cvr_core::render::{Blending, Filter, Image, Pass, Pipeline, Plan, Stage};
-use cvr_core::shader::{BindingKind, GeneratedShader, TextureSampling};
+use cvr_core::render::{Blending, Filter, Image, Pipeline, Plan};
+use cvr_core::shader::{BindingKind, TextureSampling};
 use rays::{FollowedRays, InPieces};
+use runnable::Runnable;
 
-use crate::bindings::{Bound, Parts, Supplies, check_workgroups};
+use crate::bindings::Parts;
 use crate::canvas::Canvas;
-use crate::layers::{BoundLayers, LayerRing};
-use crate::pipelines::Target;
-use crate::raster::{BoundRaster, blend, target_format};
-use crate::source::Voxels;
+use crate::layers::LayerRing;
+use crate::raster::target_format;
 use crate::timestamps::{FrameTimestamps, timed};
 use crate::timing::FrameTime;
 use crate::{Device, DrawSource, EngineError, TextureFallback};
@@ -42,75 +40,6 @@ pub struct Drawing {
     filtering: TextureSampling,
     fallback: Option<TextureFallback>,
     wgsl: String,
-}
-
-/// A pass made runnable.
-#[derive(Debug)]
-enum Runnable {
-    Compute(Bound, [u32; 3]),
-    Raster(BoundRaster, wgpu::TextureView),
-    Layers(BoundLayers, wgpu::TextureView),
-}
-
-impl Runnable {
-    fn new(
-        device: &Device,
-        (pass, size): (&Pass, [u32; 2]),
-        (voxels, filter): (&Voxels<'_>, Filter),
-        canvas: &Canvas,
-        parts: &mut Parts,
-    ) -> Result<(Self, Arc<GeneratedShader>), EngineError> {
-        let Pass { pipeline, inputs } = pass;
-        let shader = voxels.shader(device, &pipeline.program(), Some(filter))?;
-        let supplies = Supplies {
-            inputs: &inputs.contents,
-            buffers: &voxels.buffers,
-            texture: voxels.texture,
-            ..Supplies::default()
-        };
-        let runnable = match (pipeline.proxies(), canvas) {
-            (None, Canvas::Buffer(image)) => {
-                let workgroups = workgroups(device, pass, size)?;
-                let supplies = Supplies { storage: &[("image", image)], ..supplies };
-                Self::Compute(Bound::new(device, &shader, Target::Compute, &supplies, parts)?, workgroups)
-            }
-            (Some(proxies), Canvas::Target(texture)) => {
-                let (triangles, format) = ((proxies, &inputs.vertices[..]), texture.format());
-                let bound = BoundRaster::new(device, triangles, &shader, format, &supplies, parts)?;
-                let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-                match pipeline.layers() {
-                    Some(_) => Self::Layers(BoundLayers::new(bound, &inputs.steps), view),
-                    None => Self::Raster(bound, view),
-                }
-            }
-            _ => {
-                let text = "passes of one picture either compute or blend, and this plan mixes them";
-                return Err(EngineError::Unsupported(text.to_owned()));
-            }
-        };
-        Ok((runnable, shader))
-    }
-
-    fn set_inputs(&mut self, device: &Device, pass: &Pass, size: [u32; 2]) -> Result<(), EngineError> {
-        match self {
-            Self::Compute(bound, of_frame) => {
-                *of_frame = workgroups(device, pass, size)?;
-                bound.set_inputs(device, &pass.inputs.contents)
-            }
-            Self::Raster(bound, _) => bound.set_inputs(device, &pass.inputs),
-            Self::Layers(bound, _) => bound.set_inputs(device, &pass.inputs),
-        }
-    }
-}
-
-/// Workgroups of a pass that computes.
-fn workgroups(device: &Device, pass: &Pass, size: [u32; 2]) -> Result<[u32; 3], EngineError> {
-    let workgroups = match pass.pipeline.stage {
-        Stage::Rays(_) => rays::workgroups(size),
-        Stage::Compute { .. } | Stage::Triangles(_) | Stage::Layers { .. } => pass.inputs.workgroups,
-    };
-    check_workgroups(device, "a pass", workgroups)?;
-    Ok(workgroups)
 }
 
 impl Drawing {
@@ -285,8 +214,9 @@ impl Drawing {
             match pieces {
                 Some(pieces) => pieces.record_frame(&mut encoder, self.timestamps.as_ref()),
                 None => {
+                    let (ring, timestamps) = (self.ring.as_ref(), self.timestamps.as_ref());
                     for (i, pass) in self.passes.iter().enumerate() {
-                        self.record(&mut encoder, pass, i);
+                        pass.record(&mut encoder, (i, self.passes.len()), ring, timestamps);
                     }
                 }
             }
@@ -313,29 +243,6 @@ impl Drawing {
     #[must_use]
     pub fn ray_pieces(&self) -> Option<RayPieces> {
         self.rays.as_ref()?.in_pieces().map(InPieces::pieces)
-    }
-
-    fn record(&self, encoder: &mut wgpu::CommandEncoder, pass: &Runnable, index: usize) {
-        let (timestamps, passes) = (self.timestamps.as_ref(), self.passes.len());
-        match pass {
-            Runnable::Compute(bound, workgroups) => {
-                let timestamp_writes = timestamps.and_then(|t| t.writes(index, passes));
-                let descriptor = wgpu::ComputePassDescriptor { label: Some("draw"), timestamp_writes };
-                let mut pass = encoder.begin_compute_pass(&descriptor);
-                bound.dispatch(&mut pass, *workgroups);
-            }
-            Runnable::Raster(bound, view) => {
-                let writes = timestamps.and_then(|t| t.render_writes(index, passes));
-                let mut pass = blend(encoder, view, index == 0, writes);
-                bound.draw(&mut pass);
-            }
-            // The only pass of its plan: the timestamps are its own.
-            Runnable::Layers(bound, view) => {
-                if let Some(ring) = &self.ring {
-                    bound.record(ring, encoder, view, timestamps);
-                }
-            }
-        }
     }
 
     /// Bytes of device memory that hold the volume: the codec's buffers, or what stays resident with the texture

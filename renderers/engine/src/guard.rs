@@ -1,51 +1,8 @@
 //! Driver errors as values: every call into wgpu that can fail runs inside [`Device::guarded`].
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::{Device, EngineError};
-
-/// What the device reported outside of any scope. Shared with wgpu's callbacks, which may run on any thread.
-#[derive(Debug, Default)]
-pub(crate) struct Reports {
-    lost: Mutex<Option<String>>,
-    uncaptured: Mutex<Option<String>>,
-}
-
-impl Reports {
-    /// Hooks the callbacks of a fresh device. Without them wgpu panics on an error outside of a scope.
-    pub(crate) fn of(device: &wgpu::Device) -> Arc<Self> {
-        let reports = Arc::new(Self::default());
-        let lost = Arc::clone(&reports);
-        device.set_device_lost_callback(move |reason, message| {
-            lost.set_lost(format!("{reason:?}: {}", message.trim()));
-        });
-        let uncaptured = Arc::clone(&reports);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            let mut first = lock(&uncaptured.uncaptured);
-            first.get_or_insert_with(|| error.to_string());
-        }));
-        reports
-    }
-
-    /// Records a loss; the first reason stays.
-    pub(crate) fn set_lost(&self, reason: String) {
-        lock(&self.lost).get_or_insert(reason);
-    }
-
-    fn lost(&self) -> Option<String> {
-        lock(&self.lost).clone()
-    }
-
-    fn take_uncaptured(&self) -> Option<String> {
-        lock(&self.uncaptured).take()
-    }
-}
-
-/// A poisoned lock holds a whole message all the same.
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 impl Device {
     /// Runs `calls` with scopes for every kind of driver error; `step` begins the message of such an error.

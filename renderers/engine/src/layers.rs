@@ -6,8 +6,9 @@ use cvr_core::shader::{DeferredShaders, Source, voxels_per_invocation};
 use cvr_core::volume::{Axis, Extent, FrameIndex, Level, VolumeLayout};
 
 use crate::bindings::{Bound, Parts, Supplies, check_workgroups};
+use crate::canvas::blend;
 use crate::pipelines::Target;
-use crate::raster::{BoundRaster, blend};
+use crate::raster::BoundRaster;
 use crate::slabs::{SLAB_UNIFORM_BYTES, Slab, Slabs, WORKGROUP, no_slab, slab_uniform};
 use crate::source::Voxels;
 use crate::texels::texture_channels;

@@ -7,8 +7,7 @@ use cvr_core::codec::{BlockFormat, BlockTexture, DecodedForm};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{Extent, SampleType, ValueRange, VolumeLayout};
 
-use crate::canvas::Canvas;
-use crate::raster::blend;
+use crate::canvas::{Canvas, blend};
 use crate::slabs::Slabs;
 use crate::{BlockFallback, Capabilities, Device, EngineError, TextureChoice, VolumeTexture};
 
@@ -86,6 +85,17 @@ fn copies_slices(device: &Device, values: &[f32]) -> Result<bool, EngineError> {
     Ok(true)
 }
 
+impl Device {
+    /// Whether sums can be blended in single precision: the driver says so, and did it once, when this was first asked.
+    /// Where it cannot, they are blended in half.
+    #[must_use]
+    pub fn blends_single(&self) -> bool {
+        *self.known_blending().get_or_init(|| {
+            self.capabilities().float32_blendable && blends(self, wgpu::TextureFormat::Rgba32Float)
+        })
+    }
+}
+
 /// Two colours over each other.
 const COLOURS: &str = "\
 struct Corner { @builtin(position) position: vec4<f32>, @location(0) @interpolate(flat) second: u32 }
@@ -102,7 +112,7 @@ fn colour(corner: Corner) -> @location(0) vec4<f32> {
 ";
 
 /// Whether a picture of this format sums to the last bits of single precision. Where it cannot, half precision blends.
-pub(crate) fn blends(device: &Device, format: wgpu::TextureFormat) -> bool {
+fn blends(device: &Device, format: wgpu::TextureFormat) -> bool {
     blended(device, format).is_ok_and(|found| {
         // Twice the rounding of a sum near one.
         let below = |first: f32, second: f32| first * (1.0 - 1.0 / 4096.0) + second;

@@ -84,27 +84,3 @@ impl BoundRaster {
         pass.draw(vertices, instance..instance + 1);
     }
 }
-
-/// Begins a pass that blends into a picture, or first makes it transparent.
-pub(crate) fn blend<'e>(
-    encoder: &'e mut wgpu::CommandEncoder,
-    view: &wgpu::TextureView,
-    clear: bool,
-    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
-) -> wgpu::RenderPass<'e> {
-    let load = if clear { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
-    let attachment = wgpu::RenderPassColorAttachment {
-        view,
-        depth_slice: None,
-        resolve_target: None,
-        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-    };
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("draw"),
-        color_attachments: &[Some(attachment)],
-        depth_stencil_attachment: None,
-        timestamp_writes,
-        occlusion_query_set: None,
-        multiview_mask: None,
-    })
-}

@@ -6,7 +6,6 @@ use cvr_core::codec::{BlockFormat, DecodedForm, TexelFormat};
 use cvr_core::shader::{Source, TextureSampling};
 use cvr_core::volume::VolumeLayout;
 
-use crate::block_texture::block_bytes;
 use crate::slabs::Slabs;
 use crate::texels::{texels, texture_channels, values};
 use crate::upload::SLAB_BYTES;
@@ -214,7 +213,7 @@ impl VolumeTexture {
     #[must_use]
     pub fn bytes(&self) -> u64 {
         if let Some(blocks) = self.blocks {
-            return block_bytes(blocks, self.layout.extent);
+            return blocks.bytes(self.layout.extent);
         }
         self.layout.extent.voxels() * self.texel_bytes() as u64
     }

@@ -25,7 +25,7 @@ fn layout(size: [u32; 3], channels: u32) -> VolumeLayout {
 
 /// Blocks whose endpoints are equal, so that all of a block has the value of its number, in tens.
 fn constant_blocks(layout: &VolumeLayout) -> Vec<u32> {
-    let blocks = block_bytes(BlockFormat::Bc4, layout.extent) / 8;
+    let blocks = BlockFormat::Bc4.bytes(layout.extent) / 8;
     (0..blocks as u32).flat_map(|block| [block % 25 * 10 * 0x101, 0]).collect()
 }
 

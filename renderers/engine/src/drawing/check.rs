@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use cvr_core::render::{Filter, Inputs, Pass};
 
 use crate::bindings::{Parts, Supplies};
-use crate::canvas::Canvas;
-use crate::raster::{BoundRaster, blend};
+use crate::canvas::{Canvas, blend};
+use crate::raster::BoundRaster;
 use crate::source::Voxels;
 use crate::{Device, EngineError};
 

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use cvr_core::codec::{Constant, ConstantValue, DecodedForm, Decoder, Resource, TexelFormat};
-use cvr_core::render::{Contents, Inputs, LayerStep, Proxies, ProxyVertex, Template};
+use cvr_core::render::{Contents, Inputs, LayerStep, Pass, Proxies, ProxyVertex, Stage, Template};
 use cvr_core::shader::Variable;
 use cvr_core::volume::{Axis, FrameIndex, Level};
 
