@@ -11,6 +11,7 @@ mod config;
 mod document;
 mod file_path;
 mod keys;
+mod known;
 mod overrides;
 mod parse;
 mod read;
@@ -30,7 +31,8 @@ pub use config::{
 pub use document::Document;
 pub use file_path::{FilePath, FilePathError, UnsetVariable};
 pub use keys::number;
-pub use parse::{InvalidExperiment, Known};
+pub use known::Known;
+pub use parse::InvalidExperiment;
 pub use resolve::{
     Capabilities, Reason, Refusal, Resolution, missing_level, resolve, undrawable, unsupported,
 };

@@ -2,7 +2,6 @@
 
 use super::document::{Document, Entry, Node, Value};
 use super::keys;
-use super::parse::VOLUME_KEYS;
 use super::suggest::ways_out;
 use crate::diagnostic::{Diagnostic, Place, SourceText};
 
@@ -88,10 +87,9 @@ fn parse_path(whole: &Place, key: &str) -> Result<Vec<Segment>, Diagnostic> {
 
 /// Lists of tables: the key that names a table, and the keys that each has.
 fn list_of_tables(name: &str) -> Option<(&'static str, Vec<String>)> {
-    let owned = |keys: &[&str]| keys.iter().map(|&key| key.to_owned()).collect();
     match name {
-        "volume" => Some(("name", owned(VOLUME_KEYS))),
-        "scene" => Some(("name", owned(&keys::scene::table().names()))),
+        "volume" => Some(("name", keys::volume::names())),
+        "scene" => Some(("name", keys::scene::table().keys.into_iter().map(|key| key.name).collect())),
         "codec" => Some(("id", Vec::new())),
         _ => None,
     }

@@ -6,29 +6,15 @@ mod scene;
 mod settings;
 mod volume;
 
-pub(super) use pipeline::{ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
-pub(super) use volume::VOLUME_KEYS;
-
 use std::error::Error;
 use std::fmt;
 
 use super::document::{Document, Node, Value};
+use super::keys;
 use super::read::{Fields, unknown};
-use super::{Experiment, FilePath, Scene, TooManyCells, Volume};
-use crate::codec::{FrameStore, Registry};
+use super::{Experiment, FilePath, Known, Scene, TooManyCells, Volume};
+use crate::codec::FrameStore;
 use crate::diagnostic::Diagnostic;
-use crate::render::RendererInfo;
-
-/// The names that a configuration may use.
-#[derive(Copy, Clone, Debug)]
-pub struct Known<'a> {
-    /// The codecs, with the schemas of their settings.
-    pub codecs: &'a Registry,
-    /// The renderers, with the schemas of their settings.
-    pub renderers: &'a [&'static RendererInfo],
-    /// Names of volume generators.
-    pub generators: &'a [&'a str],
-}
 
 /// All that is wrong with a configuration: the first error of every table, in the order of the sections. Never
 /// empty.
@@ -70,10 +56,6 @@ fn megabytes(node: &Node) -> Result<u32, Diagnostic> {
     u32::try_from(number).map_err(|_| node.not_allowed(EXPECTED))
 }
 
-const EXPERIMENT_KEYS: [&str; 4] = ["name", "seed", "max_cells", "decoded_frames_mb"];
-
-const SECTIONS: &[&str] = &["experiment", "volume", "codec", "pipeline", "scene"];
-
 impl Document {
     /// Reads and checks the whole configuration. Environment variables in paths are left as they are.
     ///
@@ -82,14 +64,16 @@ impl Document {
     pub fn experiment(&self, known: &Known<'_>) -> Result<Experiment, InvalidExperiment> {
         let root = Fields::open("the configuration", &self.root).map_err(|e| InvalidExperiment(vec![e]))?;
         let mut problems = Problems::default();
+        let configuration = keys::configuration(known);
+        let sections = configuration.names();
         for entry in root.entries() {
-            if !SECTIONS.contains(&entry.key.as_str()) {
-                problems.0.push(root.unknown_key(entry, SECTIONS));
+            if !sections.contains(&entry.key.as_str()) {
+                problems.0.push(root.unknown_key(entry, &sections));
             }
         }
         let experiment = problems.keep(
             section(&root, "experiment", "name = \"compare\"")
-                .and_then(|node| Fields::of("the experiment", node, &EXPERIMENT_KEYS))
+                .and_then(|node| Fields::of("the experiment", node, &keys::experiment().names()))
                 .and_then(|fields| {
                     let name = name_of(&fields, "name = \"compare\"")?;
                     let seed = fields.optional("seed", |n| n.integer(0, i64::MAX, "an integer from 0"))?;

@@ -4,22 +4,14 @@ use std::collections::HashSet;
 
 use super::super::config::{PipelineAxes, Sweep};
 use super::super::document::{Entry, Node, Value};
+use super::super::keys::{self, ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
 use super::super::read::Fields;
 use super::{Known, settings};
 use crate::codec::{Setting, Site};
 use crate::diagnostic::Diagnostic;
 use crate::render::{Filter, RendererInfo};
 
-/// Keys whatever the renderer.
-const KEYS: [&str; 6] = ["renderer", "site", "filter", "skipping", "stages", "resolution"];
-
-/// Word for all stages of a stream.
-pub(in super::super) const ALL_STAGES: &str = "all";
-/// Most stages that can be asked for.
-pub(in super::super) const MOST_STAGES: i64 = 254;
 const STAGES: &str = "an integer from 1 to 254, or \"all\"";
-/// Highest resolution that can be asked for: beyond it no axis is longer than one voxel.
-pub(in super::super) const MOST_RESOLUTION: i64 = 32;
 const RESOLUTION: &str = "an integer from 0 to 32";
 
 /// `max_cells` bounds what settings of a renderer are multiplied out to.
@@ -94,7 +86,8 @@ fn check_keys(
     named: &[&'static RendererInfo],
     known: &Known<'_>,
 ) -> Result<(), Diagnostic> {
-    let mut keys = KEYS.to_vec();
+    let axes = keys::axes(Vec::new());
+    let mut keys: Vec<&str> = axes.iter().map(|key| key.name.as_str()).collect();
     for setting in named.iter().flat_map(|info| info.settings) {
         if !keys.contains(&setting.name) {
             keys.push(setting.name);

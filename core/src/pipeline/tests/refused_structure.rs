@@ -91,7 +91,7 @@ fn unknown_keys() {
     7 │ path = "$CVR_DATA/bonsai.nrrd"      # or generate = "shepp-logan", dims = [128, 128, 128]
       │ ^^^^ unknown key
       │
-      = known keys: name, file, files, generate, dims, frames, channels, dtype, byte_order, spacing, skip_bytes
+      = known keys: name, file, files, generate, dims, dtype, frames, channels, byte_order, skip_bytes, spacing
 
     error: the configuration has no key `pipelines`
        ┌─ x.toml:16:2
