@@ -210,6 +210,7 @@ fn print_estimates(
     }
     let memory = memory::estimate(resolution, names, &mut trials, &target, &layout_of);
     let time = time::estimate(experiment, resolution, names, &mut trials, &target, &layout_of);
+    trials.end();
     bar.finish();
     match memory {
         Ok(memory) => print_memory(&memory, &target),

@@ -1,7 +1,7 @@
 //! A codec with its settings tried on a small computed volume.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
@@ -177,14 +177,19 @@ pub(super) struct Pictures {
 
 impl Pictures {
     /// Draws one picture after the other, each once to warm up and once to time it, as long as the next is likely to end
-    /// within `limit`; tells each.
-    pub(super) fn grow(&self, limit: Duration, tell: &Sender<Result<Drawn, String>>) {
+    /// within `limit` and `stop` is false; tells each.
+    pub(super) fn grow(&self, limit: (Duration, &AtomicBool), tell: &Sender<Result<Drawn, String>>) {
         if let Err(problem) = self.draw(limit, tell) {
             _ = tell.send(Err(problem));
         }
     }
 
-    fn draw(&self, limit: Duration, tell: &Sender<Result<Drawn, String>>) -> Result<(), String> {
+    fn draw(
+        &self,
+        (limit, stop): (Duration, &AtomicBool),
+        tell: &Sender<Result<Drawn, String>>,
+    ) -> Result<(), String> {
+        let go_on = || if stop.load(Ordering::Relaxed) { Err("stopped".to_owned()) } else { Ok(()) };
         let Self { decoder, frame, target, cell, scene } = self;
         let begin = Instant::now();
         let renderer = renderer(&cell.renderer)?;
@@ -200,10 +205,13 @@ impl Pictures {
             if begin.elapsed().as_secs_f64() + likely_ms / 1000.0 > limit.as_secs_f64() {
                 return Ok(());
             }
+            go_on()?;
             let scene = small_scene(scene, side);
             let view = view_of(&scene, decoder.layout(), cell.filter)?;
             let picture = target.picture(renderer.as_ref(), &view, &voxels).map_err(|e| e.to_string())?;
+            go_on()?;
             picture.draw().map_err(|e| e.to_string())?;
+            go_on()?;
             let time = picture.draw().map_err(|e| e.to_string())?;
             if tell.send(Ok((samples(&scene, decoder.layout()), time.wall_ms))).is_err() {
                 return Ok(());

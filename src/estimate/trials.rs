@@ -1,21 +1,25 @@
 //! Trials that were made, each once, and none for longer than it may take.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use cvr_core::codec::Settings;
 use cvr_core::pipeline::{Cell, Scene};
 use cvr_core::volume::VolumeLayout;
 
-use super::allowance::{Allowance, Spending, within};
+use super::allowance::{Allowance, Spending, Unfinished, within};
 use super::trial::{Frames, SIDES, TRIAL_EDGE, Trial};
 use crate::registry::Names;
 use crate::site::target::Target;
 
 /// Less than this is no time for a trial.
 const LEAST: Duration = Duration::from_millis(20);
+
+/// How long the end of trials that are out of time is waited for. Lavapipe compiles the slowest shader that is known in a few
+/// seconds.
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
 
 /// What one trial took.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +44,8 @@ pub struct Trials<'a> {
     /// The frames that were drawn last of a codec at a site.
     at_site: BTreeMap<String, Frames>,
     costs: Vec<Cost>,
+    /// Trials that did not end in their time.
+    unfinished: Vec<Unfinished>,
 }
 
 impl<'a> Trials<'a> {
@@ -60,6 +66,7 @@ impl<'a> Trials<'a> {
             frames: BTreeMap::new(),
             at_site: BTreeMap::new(),
             costs: Vec::new(),
+            unfinished: Vec::new(),
         }
     }
 
@@ -91,12 +98,10 @@ impl<'a> Trials<'a> {
             return Err(self.skipped(codec, settings, "encode"));
         }
         (self.report)(&format!("{codec} {settings}: encode"));
-        let stop = Arc::new(AtomicBool::new(false));
-        let (start, stopped) = (Instant::now(), stop.clone());
+        let start = Instant::now();
         let (given, shape) = (settings.clone(), (layout.sample, layout.channels));
         let (mut trials, ended) =
-            within(left, move |tell| Trial::grow(own.as_ref(), &given, shape, (left, &stopped), tell));
-        stop.store(true, Ordering::Relaxed);
+            self.within(left, move |tell, stop| Trial::grow(own.as_ref(), &given, shape, (left, stop), tell));
         self.spending.add(&site, start.elapsed());
         let trial = trials.pop().unwrap_or_else(|| Err(unfinished(ended, "encode", left)));
         let lacks = match &trial {
@@ -149,7 +154,7 @@ impl<'a> Trials<'a> {
         }
         (self.report)(&format!("{} {}: draw {way}", cell.codec, cell.settings));
         let start = Instant::now();
-        let (drawn, ended) = within(left, move |tell| pictures.grow(left, tell));
+        let (drawn, ended) = self.within(left, move |tell, stop| pictures.grow((left, stop), tell));
         self.spending.add(&site, start.elapsed());
         let count = drawn.len();
         let frames = match drawn.into_iter().collect::<Result<Vec<_>, _>>() {
@@ -168,6 +173,30 @@ impl<'a> Trials<'a> {
         frames
     }
 
+    /// Waits for the threads of trials that did not end in their time: a process that ends while one of them still compiles
+    /// or draws may end in its driver, by a signal. All that do not end are waited for [`LONGEST_WAIT`] together.
+    pub fn end(&mut self) {
+        if !self.unfinished.is_empty() {
+            (self.report)("ending what was not done in its time");
+        }
+        let end = Instant::now() + LONGEST_WAIT;
+        for unfinished in self.unfinished.drain(..) {
+            _ = unfinished.end(end.saturating_duration_since(Instant::now()));
+        }
+    }
+
+    /// What work has told within its time, and whether it has ended; where it has not, its thread is waited for later.
+    fn within<T: Send + 'static>(
+        &mut self,
+        limit: Duration,
+        work: impl FnOnce(&Sender<T>, &AtomicBool) + Send + 'static,
+    ) -> (Vec<T>, bool) {
+        let (told, unfinished) = within(limit, work);
+        let ended = unfinished.is_none();
+        self.unfinished.extend(unfinished);
+        (told, ended)
+    }
+
     fn cost(&mut self, codec: &str, settings: &Settings, took: Duration, lacks: Option<String>) {
         let (codec, settings) = (codec.to_owned(), settings.to_string());
         self.costs.push(Cost { codec, settings, seconds: took.as_secs_f64(), lacks });
@@ -177,6 +206,12 @@ impl<'a> Trials<'a> {
         let problem = format!("no time left to {what}");
         self.cost(codec, settings, Duration::ZERO, Some(problem.clone()));
         problem
+    }
+}
+
+impl Drop for Trials<'_> {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 
