@@ -7,7 +7,7 @@ use cvr_core::pipeline::{Capabilities, Resolution, resolve};
 
 use super::config_file::ConfigFile;
 use crate::exit::BadInput;
-use crate::experiment::preview::{Preview, preview};
+use crate::experiment::inputs::preview::{Preview, preview};
 use crate::registry::Names;
 
 const EXAMPLES: &str = "\

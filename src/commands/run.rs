@@ -15,19 +15,19 @@ use super::memory_args::MemoryArgs;
 use super::volume_args::RawArgs;
 use crate::estimate::volume_layout;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
-use crate::experiment::blank;
-use crate::experiment::checked::not_run;
-use crate::experiment::folder::{Claim, Existing, OutFolder};
-use crate::experiment::interrupt;
-use crate::experiment::machine;
-use crate::experiment::outcome::Outcome;
-use crate::experiment::pairs;
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::{Record, Status};
-use crate::experiment::run::Run;
-use crate::experiment::scenes::{check_frames, read_tables};
-use crate::experiment::shard::Shard;
-use crate::experiment::volumes::{LoadedVolume, load};
+use crate::experiment::files::folder::{Existing, OutFolder};
+use crate::experiment::inputs::blank;
+use crate::experiment::inputs::scenes::{check_frames, read_tables};
+use crate::experiment::inputs::volumes::{LoadedVolume, load};
+use crate::experiment::measured::pairs;
+use crate::experiment::records::checked::not_run;
+use crate::experiment::records::machine;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::{Record, Status};
+use crate::experiment::running::interrupt;
+use crate::experiment::running::outcome::Outcome;
+use crate::experiment::running::run::Run;
+use crate::experiment::shards::shard::Shard;
 use crate::progress::CellBar;
 use crate::registry::Names;
 use crate::report;
@@ -163,7 +163,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     // Only now: bad input leaves no empty folder behind.
     let provenance = provenance(args, &experiment, text, &volumes, &target);
     let cells = resolution.cells.iter().map(Cell::id);
-    let claim = Claim::of_experiment(&provenance, cells, true);
+    let claim = report::claim(&provenance, cells, true);
     let out =
         OutFolder::open(&folder, &claim, Existing::of(args.resume, args.overwrite)).map_err(BadInput)?;
 

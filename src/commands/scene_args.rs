@@ -9,7 +9,7 @@ use cvr_core::render::{
 };
 
 use crate::exit::BadInput;
-use crate::experiment::scenes::read_table;
+use crate::experiment::inputs::scenes::read_table;
 
 /// What to draw, and how.
 #[derive(Debug, Args)]

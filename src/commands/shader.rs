@@ -17,7 +17,7 @@ use super::scene_args::SceneArgs;
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, is_container};
 use crate::exit::BadInput;
-use crate::experiment::volumes::LoadedVolume;
+use crate::experiment::inputs::volumes::LoadedVolume;
 use crate::input::{Generator, generate as generate_volume};
 use crate::registry::{Names, renderer};
 use crate::site;

@@ -8,8 +8,9 @@ use cvr_core::stability::{Subject, Verdict};
 
 use super::memory_args::MemoryArgs;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
-use crate::experiment::folder::{Existing, OutFolder};
-use crate::experiment::{interrupt, machine};
+use crate::experiment::files::folder::{Existing, OutFolder};
+use crate::experiment::records::machine;
+use crate::experiment::running::interrupt;
 use crate::progress::CellBar;
 use crate::registry::codecs;
 use crate::stability::atlas::Atlas;

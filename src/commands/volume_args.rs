@@ -8,7 +8,7 @@ use cvr_core::pipeline::{ByteOrder, FilePath, RawLayout, Volume, VolumeSource};
 use cvr_core::volume::{Extent, StoredType};
 
 use crate::exit::BadInput;
-use crate::experiment::volumes::{LoadedVolume, load, read};
+use crate::experiment::inputs::volumes::{LoadedVolume, load, read};
 use crate::input::{InputVolume, found};
 
 /// Layout of a headerless volume file.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::identity::Identity;
 use super::side::Side;
-use crate::experiment::record::{Record, Status};
+use crate::experiment::records::record::{Record, Status};
 
 /// The same cell in two runs.
 #[derive(Copy, Clone, Debug)]

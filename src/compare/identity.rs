@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use cvr_core::pipeline::{Document, Experiment, Scene};
 
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
 use crate::registry::Names;
 
 /// All that defines a cell, and nothing of the machine or software that ran it.

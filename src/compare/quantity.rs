@@ -1,6 +1,6 @@
 //! Quantities of two cells, and when their difference exceeds noise.
 
-use crate::experiment::record::Record;
+use crate::experiment::records::record::Record;
 
 /// How a quantity is compared.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]

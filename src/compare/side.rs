@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::identity::{Identity, scenes};
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
-use crate::experiment::results::{Results, ResultsError};
+use crate::experiment::files::results::Results;
+use crate::experiment::files::whole_file::ResultsError;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
 
 /// The cells that one device ran, as one file of results has them.
 #[derive(Clone, Debug)]

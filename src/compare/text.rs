@@ -7,8 +7,8 @@ use comfy_table::{CellAlignment, Table, presets};
 use super::cells::{Matched, Pairing, pair};
 use super::quantity::{Compared, Kind, QUANTITIES, Quantity, Verdict};
 use super::side::Side;
-use crate::experiment::labels::Labels;
-use crate::experiment::record::{Record, Status};
+use crate::experiment::records::labels::Labels;
+use crate::experiment::records::record::{Record, Status};
 
 /// All runs against the first.
 #[must_use]

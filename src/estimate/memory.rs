@@ -5,7 +5,7 @@ use cvr_core::pipeline::Resolution;
 use cvr_core::volume::VolumeLayout;
 
 use super::Trials;
-use crate::experiment::stage::{BASELINE, RAW, REFERENCE};
+use crate::experiment::measured::reference::{BASELINE, RAW, REFERENCE};
 use crate::registry::Names;
 use crate::site;
 use crate::site::target::Target;
@@ -63,7 +63,7 @@ pub fn estimate<'l>(
     let raw_settings = names.codecs().get(RAW).map_err(|e| e.to_string())?.info().default_settings();
     let mut originals: Vec<(&str, u64)> = Vec::new();
     let (mut main, mut device, mut at_least) = (0.0_f64, 0.0_f64, false);
-    for group in resolution.cells.chunk_by(crate::experiment::shard::same_group) {
+    for group in resolution.cells.chunk_by(crate::experiment::shards::shard::same_group) {
         let first = &group[0];
         let Some(layout) = layout_of(&first.volume) else { continue };
         if !originals.iter().any(|(name, _)| *name == first.volume) {

@@ -8,9 +8,9 @@ use cvr_engine::timing::{FrameTime, PairBudget, paired};
 
 use super::Trials;
 use super::trial::samples;
-use crate::experiment::pairs;
-use crate::experiment::shard::same_group;
-use crate::experiment::stage::{BASELINE, RAW, REFERENCE, filter_of_raw};
+use crate::experiment::measured::pairs;
+use crate::experiment::measured::reference::{BASELINE, RAW, REFERENCE, filter_of_raw};
+use crate::experiment::shards::shard::same_group;
 use crate::registry::Names;
 use crate::site::target::Target;
 

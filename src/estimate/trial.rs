@@ -12,7 +12,7 @@ use cvr_core::volume::{
     BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, SampleType, Samples, VolumeLayout,
 };
 
-use crate::experiment::encoded::{Encoded, encode};
+use crate::experiment::running::encoded::{Encoded, encode};
 use crate::input::{Generator, generate};
 use crate::registry::renderer;
 use crate::site::coded::CodedFrame;

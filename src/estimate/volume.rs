@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use cvr_core::pipeline::{Volume, VolumeSource};
 use cvr_core::volume::VolumeLayout;
 
-use crate::experiment::volumes::LoadError;
+use crate::experiment::inputs::volumes::LoadError;
 use crate::input;
 
 /// What the headers of a volume's files say, or its generator's settings; `None` of slices, whose number and size show

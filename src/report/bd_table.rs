@@ -7,8 +7,8 @@ use super::cells::{View, distinct, views, volumes};
 use super::curves::{Measure, Named, of_view, of_volume};
 use super::figure::Sheet;
 use super::number::fixed;
-use crate::experiment::labels::Labels;
-use crate::experiment::record::Record;
+use crate::experiment::records::labels::Labels;
+use crate::experiment::records::record::Record;
 
 /// What curves may be compared within.
 #[derive(Clone, Debug, PartialEq)]
@@ -216,7 +216,7 @@ pub(super) fn sheet(records: &[Record], labels: &Labels) -> Option<Sheet> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     /// Two volumes; `vq` is 2 dB better in all voxels and 1 dB in the foreground, and `hvq` has two points.
     fn records() -> Vec<Record> {

@@ -4,10 +4,10 @@ use cvr_core::codec::Site;
 use cvr_core::pipeline::Cell;
 use cvr_core::render::Filter;
 
-use crate::experiment::machine::quoted;
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
-use crate::experiment::series;
+use crate::experiment::records::machine::quoted;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
+use crate::experiment::records::series;
 
 /// Options of `cvr run` that say which cells run or where results go, and whether a value follows.
 const DROPPED: [(&str, bool); 6] = [
@@ -69,8 +69,8 @@ pub(super) fn command(record: &Record, provenance: &Provenance) -> Option<String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::provenance::Part;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::provenance::Part;
+    use crate::experiment::records::record::tests::record;
 
     fn cell() -> Record {
         Record {

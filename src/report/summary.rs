@@ -6,11 +6,11 @@ use super::cells::{Baseline, View, compressed, devices, distinct, ok, shown, vie
 use super::noise::{is_noisy, tie};
 use super::number::{bytes, decibels, fixed, median, short};
 use super::pareto;
-use crate::experiment::blank;
-use crate::experiment::checked::not_run;
-use crate::experiment::labels::{Labels, full_cell, full_coding};
-use crate::experiment::provenance::RefusedCell;
-use crate::experiment::record::Record;
+use crate::experiment::inputs::blank;
+use crate::experiment::records::checked::not_run;
+use crate::experiment::records::labels::{Labels, full_cell, full_coding};
+use crate::experiment::records::provenance::RefusedCell;
+use crate::experiment::records::record::Record;
 
 /// Columns of bits per voxel: each holds all that takes as many bits or fewer.
 const AT_MOST: [f64; 5] = [1.0, 2.0, 4.0, 8.0, f64::INFINITY];
@@ -206,8 +206,8 @@ fn sentences(records: &[Record], labels: &Labels) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::record::Status;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::Status;
+    use crate::experiment::records::record::tests::record;
 
     fn timed(codec: &str, time: f64, iqr: f64) -> Record {
         Record {

@@ -6,11 +6,11 @@ use cvr_core::metrics;
 
 use super::cells::{distinct, ok};
 use super::number::{NONE, bytes, fixed, short};
-use crate::experiment::checked::SHADER_NOT_RUN;
-use crate::experiment::columns::{self, Format, Shown};
-use crate::experiment::files::{ERRORS, FRAMES};
-use crate::experiment::labels::Labels;
-use crate::experiment::record::Record;
+use crate::experiment::files::names::{ERRORS, FRAMES};
+use crate::experiment::records::checked::SHADER_NOT_RUN;
+use crate::experiment::records::columns::{self, Format, Shown};
+use crate::experiment::records::labels::Labels;
+use crate::experiment::records::record::Record;
 
 type Column = columns::Column<Record>;
 
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     #[test]
     fn no_field_of_a_record_is_forgotten() {

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::config::Config;
 use super::plan::Contestant;
-use crate::experiment::cell_file::Keyed;
+use crate::experiment::files::cell_file::Keyed;
 
 /// What is measured of one encoder over one volume. PSNR is `None` where nothing is lost.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

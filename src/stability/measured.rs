@@ -3,7 +3,7 @@
 use cvr_core::stability::{Observed, Word};
 use serde::{Deserialize, Serialize};
 
-use crate::experiment::cell_file::Keyed;
+use crate::experiment::files::cell_file::Keyed;
 
 /// How a codec's word ended, as it stands in files.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

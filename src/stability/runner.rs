@@ -15,10 +15,10 @@ use super::drawing::Stage;
 use super::encoder::{self, EncoderMeasured};
 use super::measured::{Ended, Measured, Pictured};
 use super::plan::{Contestant, Dial, Plan};
-use crate::experiment::cell_file::{CellFile, Flawed, Keyed};
-use crate::experiment::folder::OutFolder;
-use crate::experiment::key::hash_of;
-use crate::experiment::machine;
+use crate::experiment::files::cell_file::{CellFile, Flawed, Keyed};
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::identity::key::hash_of;
+use crate::experiment::records::machine;
 
 /// Version of what the figures mean. Raised whenever a subject, a scene or a definition changes.
 const ATLAS_VERSION: u32 = 2;

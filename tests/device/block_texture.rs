@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use cvr::estimate::{Allowance, Trials};
-use cvr::experiment::record::{Record, Status};
+use cvr::experiment::records::record::{Record, Status};
 use cvr::input;
 use cvr::registry::Names;
 use cvr::site::coded::CodedFrame;

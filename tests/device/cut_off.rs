@@ -1,7 +1,7 @@
 //! A device that ends loops early (llvmpipe does, after 65536 rounds of all loops of a thread) draws rays in pieces, and
 //! no wrong picture where even that is not enough.
 
-use cvr::experiment::record::Status;
+use cvr::experiment::records::record::Status;
 use cvr::registry::Names;
 use cvr::site::target::Target;
 use cvr_codec_tests::mutated::Mutated;

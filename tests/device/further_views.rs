@@ -1,6 +1,6 @@
 //! Further views of a volume: other inputs, and no pipeline of their own.
 
-use cvr::experiment::record::Status;
+use cvr::experiment::records::record::Status;
 use cvr::registry::{Names, renderer};
 use cvr::site::target::Target;
 use cvr_core::codec::Site;

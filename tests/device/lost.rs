@@ -4,13 +4,13 @@ use std::cell::{Cell, RefCell};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use cvr::experiment::folder::OutFolder;
-use cvr::experiment::identity;
-use cvr::experiment::outcome::Outcome;
-use cvr::experiment::provenance::Provenance;
-use cvr::experiment::record::Status;
-use cvr::experiment::run::Run;
-use cvr::experiment::volumes::load;
+use cvr::experiment::files::folder::OutFolder;
+use cvr::experiment::identity::experiment;
+use cvr::experiment::inputs::volumes::load;
+use cvr::experiment::records::provenance::Provenance;
+use cvr::experiment::records::record::Status;
+use cvr::experiment::running::outcome::Outcome;
+use cvr::experiment::running::run::Run;
 use cvr::registry::Names;
 use cvr::site::target::Target;
 use cvr_core::pipeline::{Capabilities, Document, resolve};
@@ -64,7 +64,7 @@ fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usi
     let current = RefCell::new(first.clone());
     let opened = Cell::new(0);
     let provenance = Provenance::default();
-    let out = OutFolder::adopt(folder, identity::owner(&provenance)).unwrap();
+    let out = OutFolder::adopt(folder, experiment::owner(&provenance)).unwrap();
     let run = Run {
         experiment: &experiment,
         resolution: &resolution,

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use cvr::experiment::encoded::{Encoded, encode};
-use cvr::experiment::record::Record;
-use cvr::experiment::shared::Shared;
+use cvr::experiment::records::record::Record;
+use cvr::experiment::running::encoded::{Encoded, encode};
+use cvr::experiment::running::shared::Shared;
 use cvr::site::target::Target;
 use cvr_codec_tests::mutated::{Mutated, Mutation};
 use cvr_core::codec::{Decoder, Parity, Progress, ShaderDecode as _, Site, VoxelDump};

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cvr::experiment::encoded::{Encoded, encode};
-use cvr::experiment::record::Record;
+use cvr::experiment::records::record::Record;
+use cvr::experiment::running::encoded::{Encoded, encode};
 use cvr::registry;
 use cvr::site::coded::CodedFrame;
 use cvr::site::picture::VoxelSource;

@@ -4,14 +4,14 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
-use cvr::experiment::folder::OutFolder;
-use cvr::experiment::identity;
-use cvr::experiment::outcome::Outcome;
-use cvr::experiment::provenance::Provenance;
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
-use cvr::experiment::run::Run;
-use cvr::experiment::volumes::load;
+use cvr::experiment::files::folder::OutFolder;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::identity::experiment;
+use cvr::experiment::inputs::volumes::load;
+use cvr::experiment::records::provenance::Provenance;
+use cvr::experiment::records::record::{Record, Status};
+use cvr::experiment::running::outcome::Outcome;
+use cvr::experiment::running::run::Run;
 use cvr::registry::Names;
 use cvr::site::target::Target;
 use cvr_core::pipeline::{Capabilities, Document, resolve};
@@ -53,7 +53,7 @@ pub fn run(names: &Names, config: &str, target: &Target, folder: &Path) -> Outco
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     let volumes: Vec<_> = experiment.volumes.iter().map(|v| load(v, experiment.seed).unwrap()).collect();
     let provenance = Provenance::default();
-    let out = OutFolder::adopt(folder, identity::owner(&provenance)).unwrap();
+    let out = OutFolder::adopt(folder, experiment::owner(&provenance)).unwrap();
     let run = Run {
         experiment: &experiment,
         resolution: &resolution,

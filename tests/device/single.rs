@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use cvr::experiment::record::Record;
-use cvr::experiment::single::{Single, SingleError};
+use cvr::experiment::records::record::Record;
+use cvr::experiment::running::single::{Single, SingleError};
 use cvr::site::expected::Expected;
 use cvr::site::target::Target;
 use cvr_codec_tests::mutated::{Mutated, Mutation};

@@ -1,6 +1,6 @@
 //! Levels of a codec that refines in stages, on the device: each by its own shader, texture and macrocells.
 
-use cvr::experiment::record::Status;
+use cvr::experiment::records::record::Status;
 use cvr::registry::Names;
 use cvr::site::target::Target;
 use cvr_engine::testing::test_device;

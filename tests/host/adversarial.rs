@@ -1,7 +1,7 @@
 //! Volumes that break things, through the whole run: each renders, or fails with a reason.
 
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::{Record, Status};
 use cvr_core::volume::DenseVolume;
 
 use super::folder::Folder;

@@ -72,7 +72,7 @@ fn the_quickstart_needs_no_file_and_says_why_combinations_are_refused() {
     let (_, text) = configurations().into_iter().find(|(name, _)| name == "quickstart").unwrap();
     let (experiment, resolution) = resolved("quickstart.toml", &text).unwrap();
     for volume in &experiment.volumes {
-        cvr::experiment::volumes::load(volume, experiment.seed).unwrap();
+        cvr::experiment::inputs::volumes::load(volume, experiment.seed).unwrap();
     }
     let reasons: Vec<String> = resolution
         .refused

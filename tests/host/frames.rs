@@ -2,9 +2,9 @@
 
 use std::sync::OnceLock;
 
-use cvr::experiment::frame_figures::FrameFigures;
-use cvr::experiment::record::Record;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::measured::frame_figures::FrameFigures;
+use cvr::experiment::records::record::Record;
 
 use super::folder::Folder;
 

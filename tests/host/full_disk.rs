@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 use std::process::Command;
 
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;
 

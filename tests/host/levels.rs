@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use clap::Command;
 use cvr::commands::{decode, render, run};
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::{Record, Status};
 use cvr::input::Generator;
 use cvr::registry::Names;
 use cvr_core::codec::{Codec as _, Progress, SettingValue, Settings, encode_file};

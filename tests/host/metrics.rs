@@ -1,8 +1,8 @@
 //! The figures of a run, against each other and against a lossless codec.
 
-use cvr::experiment::error_histogram::Row;
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::measured::error_histogram::Row;
+use cvr::experiment::records::record::{Record, Status};
 
 use super::folder::Folder;
 

@@ -1,7 +1,7 @@
 //! What decides the opacity of colours, from a configuration to pictures and figures.
 
-use cvr::experiment::record::Record;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::Record;
 use cvr::input::write_npy;
 use cvr_core::volume::{DenseVolume, Extent, SampleType, Samples, VolumeLayout};
 

@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::{Record, Status};
 use serde_json::Value;
 
 use super::folder::Folder;

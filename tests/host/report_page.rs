@@ -5,8 +5,8 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use cvr::experiment::record::Status;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::Status;
 
 use super::folder::Folder;
 
@@ -67,8 +67,8 @@ fn report() -> &'static Folder {
         results.records.extend(elsewhere);
         let last = results.records.last_mut().unwrap();
         (last.status, last.error) = (Status::Failed, Some(HOSTILE.to_owned()));
-        let owner = cvr::experiment::identity::owner(&results.provenance);
-        let out = cvr::experiment::folder::OutFolder::adopt(&folder.path("out"), owner).unwrap();
+        let owner = cvr::experiment::identity::experiment::owner(&results.provenance);
+        let out = cvr::experiment::files::folder::OutFolder::adopt(&folder.path("out"), owner).unwrap();
         cvr::report::write(&out, &results.provenance, &results.records, &results.refused).unwrap();
         folder
     })

@@ -2,9 +2,9 @@
 
 use std::time::SystemTime;
 
-use cvr::experiment::cell_file::digest_of;
-use cvr::experiment::folder::lock;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::cell_file::digest_of;
+use cvr::experiment::files::folder::lock;
+use cvr::experiment::files::results::Results;
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;
 
@@ -127,8 +127,9 @@ fn only_what_is_missing_is_run_and_encoded() {
     assert!(changed.iter().all(|n| n.contains("noise-s3dc-block=4,index_bits=2-front-raycasting-host")));
 
     let again = Results::read(&folder.path("out/results.json")).unwrap();
-    let identity =
-        |r: &cvr::experiment::record::Record| format!("{} {} {} {}", r.volume, r.codec, r.scene, r.site);
+    let identity = |r: &cvr::experiment::records::record::Record| {
+        format!("{} {} {} {}", r.volume, r.codec, r.scene, r.site)
+    };
     let order = |r: &Results| r.records.iter().map(identity).collect::<Vec<_>>();
     assert_eq!(order(&again), order(&results), "in the order of the cells");
     let same = again.records.iter().zip(&results.records).filter(|(a, b)| a == b).count();

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-use cvr::experiment::cell_file::digest_of;
+use cvr::experiment::files::cell_file::digest_of;
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;
 use serde_json::Value;

@@ -1,8 +1,8 @@
 //! What a run records of cells that skip empty macrocells.
 
-use cvr::experiment::merge::identity;
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::identity::cell::of_record as identity;
+use cvr::experiment::records::record::{Record, Status};
 
 use super::folder::Folder;
 use super::volumes::floats;

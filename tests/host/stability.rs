@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use cvr::experiment::folder::{Existing, OutFolder};
+use cvr::experiment::files::folder::{Existing, OutFolder};
 use cvr::registry::codecs;
 use cvr::stability::atlas::Atlas;
 use cvr::stability::claim::claim;

@@ -9,11 +9,11 @@ use super::super::number::short;
 use super::super::pareto;
 use super::Drawing;
 use super::marks::{Palette, number, one_per_coding, title};
-use crate::experiment::error_histogram::Row;
-use crate::experiment::files::ERRORS;
-use crate::experiment::labels::full_coding;
-use crate::experiment::provenance::{Provenance, VolumeProvenance};
-use crate::experiment::record::Record;
+use crate::experiment::files::names::ERRORS;
+use crate::experiment::measured::error_histogram::Row;
+use crate::experiment::records::labels::full_coding;
+use crate::experiment::records::provenance::{Provenance, VolumeProvenance};
+use crate::experiment::records::record::Record;
 use crate::report::figure::Sheet;
 
 /// Rates that count as the same: the highest over the lowest.
@@ -250,7 +250,8 @@ fn draw(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::{rows_to_csv, tests::record};
+    use crate::experiment::files::write_results::rows_to_csv;
+    use crate::experiment::records::record::tests::record;
 
     fn setting(codec: &str, rate: f64, psnr: f64) -> Record {
         Record {

@@ -4,8 +4,8 @@ use super::super::cells::{Baseline, blends, compressed, distinct, ok};
 use super::super::chart::{Colour, LegendEntry, Line, Mark, Point, Shape};
 use super::super::number::{bytes, decibels, fixed, short};
 use super::super::pareto;
-use crate::experiment::labels::{Labels, full_coding};
-use crate::experiment::record::Record;
+use crate::experiment::records::labels::{Labels, full_coding};
+use crate::experiment::records::record::Record;
 
 /// Which colour and shape a series has throughout the report, and what cells are called there.
 #[derive(Debug)]

@@ -9,7 +9,7 @@ use super::Drawing;
 use super::marks::{
     Palette, baseline_entries, baseline_mark, beaten_entries, filter_entries, number, site_entries, title,
 };
-use crate::experiment::record::Record;
+use crate::experiment::records::record::Record;
 use crate::report::figure::Sheet;
 
 const MIB: f64 = 1_048_576.0;
@@ -204,7 +204,7 @@ fn sheet(best: &[(&Record, f64, f64)], palette: &Palette, view: &View, device: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     fn cell(codec: &str, bytes: u64, meanwhile: Option<u64>, psnr: f64, time: f64) -> Record {
         Record {

@@ -45,7 +45,7 @@ impl Series {
 
 /// One curve per subject. `raw`, which is exact, has none.
 pub fn dials(atlas: &Atlas) -> Vec<Curve> {
-    let compressed = || atlas.rows.iter().filter(|r| r.codec != crate::experiment::stage::RAW);
+    let compressed = || atlas.rows.iter().filter(|r| r.codec != crate::experiment::measured::reference::RAW);
     Subject::all()
         .filter_map(|subject| {
             let rows: Vec<&Row> = compressed().filter(|r| r.subject == subject.name).collect();
@@ -115,7 +115,7 @@ pub fn generations(encoders: &[EncoderMeasured]) -> Vec<Curve> {
                 .filter(|e| {
                     e.subject == subject
                         && !e.generations.is_empty()
-                        && e.codec != crate::experiment::stage::RAW
+                        && e.codec != crate::experiment::measured::reference::RAW
                 })
                 .collect();
             let series = Series::of(own.iter().map(|e| (e.codec.as_str(), e.label.as_str())));

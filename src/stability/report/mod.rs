@@ -16,8 +16,9 @@ use super::breaking::Breaking;
 use super::encoder::EncoderMeasured;
 use super::plan::Plan;
 use super::runner::Outcome;
-use crate::experiment::folder::{CHARTS, OutFolder};
-use crate::experiment::machine;
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::files::names::CHARTS;
+use crate::experiment::records::machine;
 use crate::report::STYLE;
 
 const TEMPLATE: &str = include_str!("atlas.html");

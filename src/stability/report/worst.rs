@@ -8,8 +8,8 @@ use cvr_core::stability::{Reason, Subject, Trial};
 use minijinja::{Value, context};
 use rayon::prelude::*;
 
-use crate::experiment::files::IMAGES;
-use crate::experiment::folder::OutFolder;
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::files::names::IMAGES;
 use crate::stability::atlas::Atlas;
 use crate::stability::drawing::{BACKGROUND, Stage};
 use crate::stability::plan::Plan;

@@ -1,6 +1,7 @@
 //! `cvr compare`: two runs of one experiment, and what cannot be compared.
 
-use cvr::experiment::results::{Results, to_json};
+use cvr::experiment::files::results::Results;
+use cvr::experiment::files::write_results::to_json;
 
 use super::super::folder::Folder;
 

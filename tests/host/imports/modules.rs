@@ -82,7 +82,10 @@ impl Crate {
         let mut at: Names = Vec::new();
         for (i, name) in path.iter().enumerate() {
             let module = self.0.get(&at)?;
-            if module.children.contains(name) {
+            // What stands last is a module only where nothing else has its name.
+            let names_item =
+                i + 1 == path.len() && (module.defined.contains(name) || module.imports.contains_key(name));
+            if module.children.contains(name) && !names_item {
                 at.push(name.clone());
                 continue;
             }
@@ -173,6 +176,10 @@ impl Reader<'_> {
 
     fn path(&mut self, names: Names) {
         let relative = !["crate", "self", "super"].contains(&names[0].as_str());
+        // A value, or how far an item is seen: no item's name.
+        if !relative && names.len() == 1 {
+            return;
+        }
         if relative {
             self.module.paths.insert(names);
         } else if let Some(path) = self.absolute(&names) {
