@@ -32,7 +32,8 @@ Examples:
 Only the headers of volumes are read. A missing volume is reported and left out of the estimates. The estimates come from
 trials: every codec with its settings encodes a small computed volume, and the device draws it. They distinguish hours
 from minutes, not one cell from another. Trials take 2 s at most for each codec at each site, and 20 s in all. If that is
-too little, the estimate says \"at least\", and a row for each codec and its settings names the missing trial.";
+too little, the estimate says \"at least\", and a row for each codec and its settings names the missing trial. A trial
+that is out of time is stopped; the command waits for its end.";
 
 /// Arguments of `cvr explain`.
 #[derive(Debug, clap::Args)]
