@@ -5,7 +5,7 @@
 use serde::Serialize;
 
 use super::key::hash_of;
-use crate::experiment::identity::owner::{Kind, Owner};
+use super::owner::{Kind, Owner};
 use crate::experiment::records::provenance::{Provenance, VolumeProvenance};
 
 /// Whose the results of a run are.

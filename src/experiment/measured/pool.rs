@@ -5,7 +5,7 @@
 
 use cvr_core::metrics::ImageError;
 
-use crate::experiment::measured::picture_errors::PictureErrors;
+use super::picture_errors::PictureErrors;
 use crate::experiment::records::record::Record;
 
 /// Enters what was measured of the frames. `errors` are those of the frames that were drawn to the end.

@@ -4,7 +4,8 @@ use cvr_core::codec::Settings;
 use cvr_core::pipeline::{Cell, FrameRange};
 
 use super::outcome::{Outcome, RunError};
-use crate::experiment::files::cell_file::{CellFile, Flawed};
+use crate::experiment::files::cell_file::CellFile;
+use crate::experiment::files::flaws::Flawed;
 use crate::experiment::files::folder::OutFolder;
 use crate::experiment::files::names::{IMAGES, of_frame};
 use crate::experiment::files::whole_file::ResultsError;

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
-use crate::experiment::files::cell_file::{CellFile, Flaw, hash};
+use crate::experiment::files::cell_file::{CellFile, hash};
+use crate::experiment::files::flaws::Flaw;
 use crate::experiment::files::folder::OutFolder;
 use crate::experiment::files::names::{CELLS, ERRORS, FRAMES, IMAGES, of_cell};
 use crate::experiment::files::results::Results;
