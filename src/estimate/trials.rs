@@ -173,8 +173,8 @@ impl<'a> Trials<'a> {
         frames
     }
 
-    /// Waits for the threads of trials that did not end in their time: a process that ends while one of them still compiles
-    /// or draws may end in its driver, by a signal. All that do not end are waited for [`LONGEST_WAIT`] together.
+    /// Waits for the threads of trials that did not end in their time, for one minute at most. A process that ends while one
+    /// of them compiles or draws may end in its driver, by a signal.
     pub fn end(&mut self) {
         if !self.unfinished.is_empty() {
             (self.report)("ending what was not done in its time");
