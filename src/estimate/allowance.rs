@@ -50,8 +50,8 @@ impl Spending {
     }
 }
 
-/// Work on a thread of its own that was not done in its time. It sees that it is to stop where it looks; a driver that
-/// compiles a shader cannot be interrupted.
+/// Work on a thread of its own that was not done in its time. It is asked to stop between its steps. A driver that compiles
+/// a shader cannot be interrupted.
 #[derive(Debug)]
 pub(super) struct Unfinished {
     thread: JoinHandle<()>,
@@ -60,8 +60,7 @@ pub(super) struct Unfinished {
 }
 
 impl Unfinished {
-    /// Waits for the end of the thread. A process must not end before: what a driver's thread still uses would go while it
-    /// runs.
+    /// Waits for the end of the thread. A process must not end before: it would free what a driver still uses in the thread.
     ///
     /// # Errors
     /// Itself, where the thread runs on after `limit`.
@@ -77,8 +76,8 @@ impl Unfinished {
     }
 }
 
-/// What work on a thread of its own has told within `limit`, and the thread where it has not ended by then. Work is handed
-/// what it tells to, and what turns true once nobody waits for it any more.
+/// What work on a thread of its own sends within `limit`, and the thread if it has not ended by then. Work gets a sender, and
+/// a flag that turns true once nobody waits for it any more.
 pub(super) fn within<T: Send + 'static>(
     limit: Duration,
     work: impl FnOnce(&Sender<T>, &AtomicBool) + Send + 'static,
