@@ -6,7 +6,7 @@ use crate::pipeline::ByteOrder;
 use crate::pipeline::Known;
 use crate::volume::{SampleType, StoredType};
 
-/// Keys that describe a headerless file, and what each of them asks for.
+/// Keys of a headerless file, each with the keys that it requires.
 const RAW_NEEDS: [(&str, &[&str]); 6] = [
     ("dims", &["dtype"]),
     ("dtype", &["dims"]),
@@ -16,7 +16,7 @@ const RAW_NEEDS: [(&str, &[&str]); 6] = [
     ("skip_bytes", &["dims", "dtype"]),
 ];
 
-/// The three kinds of volumes, by the key that tells them apart.
+/// The three kinds of volumes. One key identifies each kind.
 pub(super) fn tables(known: &Known<'_>) -> Vec<(String, Table)> {
     let file = Key::required(
         "file",

@@ -23,13 +23,13 @@ pub(in super::super) const VOLUME_KEYS: &[&str] = &[
     "skip_bytes",
 ];
 
-/// Keys of volumes from files that a generated one has no use for.
+/// Keys of volumes from files. A generated volume must not have them.
 const FILE_KEYS: [&str; 4] = ["channels", "byte_order", "spacing", "skip_bytes"];
 
-/// Keys that describe a headerless file: with one of them, all that are required must be there.
+/// Keys of a headerless file. If one is present, all required ones must be.
 const RAW_KEYS: [&str; 6] = ["dims", "frames", "channels", "dtype", "byte_order", "skip_bytes"];
 
-/// Voxels along each axis of a generated volume, unless the configuration says otherwise.
+/// Default number of voxels along each axis of a generated volume.
 const DEFAULT_EDGE: u32 = 64;
 
 pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<Volume, Diagnostic> {
@@ -83,7 +83,7 @@ fn generated_source(
     })
 }
 
-/// The files of `files`, at least one. One may be listed twice: its frames are then shown twice.
+/// The files of `files`, at least one. A file may be listed twice; its frames then appear twice.
 fn sequence(list: &Node) -> Result<Vec<FilePath>, Diagnostic> {
     let items = list.list("a list of paths")?;
     if items.is_empty() {
