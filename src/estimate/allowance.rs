@@ -1,13 +1,13 @@
-//! How long trials may take, and what they have taken.
+//! Time limits of trials.
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-/// How long trials may take.
+/// Time limits of trials, and the time used.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Allowance {
-    /// All of one codec at one site; its encoding counts as a site.
+    /// Limit for one codec at one site. Encoding counts as a site.
     pub each: Duration,
     /// All together.
     pub all: Duration,
@@ -33,7 +33,7 @@ impl Spending {
         Self { allowance, all: Duration::ZERO, each: BTreeMap::new() }
     }
 
-    /// What one may still take.
+    /// Time left for one codec at one site.
     pub(super) fn left(&self, of: &str) -> Duration {
         let own = self.each.get(of).copied().unwrap_or_default();
         let left = self.allowance.each.saturating_sub(own);
@@ -47,8 +47,8 @@ impl Spending {
     }
 }
 
-/// What work on a thread of its own has told within `limit`, and whether it has ended. What has not is left to itself: a
-/// driver that compiles a shader cannot be interrupted.
+/// The messages that work on its own thread sends within `limit`, and whether it has ended. Unfinished work goes on
+/// alone: a driver that compiles a shader cannot be interrupted.
 pub(super) fn within<T: Send + 'static>(
     limit: Duration,
     work: impl FnOnce(&Sender<T>) + Send + 'static,

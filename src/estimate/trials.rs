@@ -1,4 +1,4 @@
-//! Trials that were made, each once, and none for longer than it may take.
+//! All trials. Each runs once, within its time limit.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,13 +20,13 @@ const LEAST: Duration = Duration::from_millis(20);
 /// What one trial took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
-    /// What records call the codec.
+    /// Label of the codec in records.
     pub codec: String,
     /// Its settings.
     pub settings: String,
     /// Wall seconds.
     pub seconds: f64,
-    /// What it lacks, as a sentence without its end: estimates that stand on it are too low.
+    /// What it lacks, as a sentence without its end. Estimates based on it are too low.
     pub lacks: Option<String>,
 }
 
@@ -37,19 +37,19 @@ pub struct Trials<'a> {
     spending: Spending,
     trials: BTreeMap<String, Result<Trial, String>>,
     frames: BTreeMap<String, Result<Frames, String>>,
-    /// The frames that were drawn last of a codec at a site.
+    /// The latest frame times of a codec at a site.
     at_site: BTreeMap<String, Frames>,
     costs: Vec<Cost>,
 }
 
 impl<'a> Trials<'a> {
-    /// None yet; nobody is told what is tried.
+    /// No trials yet, and no reports.
     #[must_use]
     pub fn new(names: &'a Names, allowance: Allowance) -> Self {
         Self::reporting(names, allowance, &|_| {})
     }
 
-    /// None yet; `report` is told what is about to be tried.
+    /// No trials yet. `report` is called before each trial.
     #[must_use]
     pub fn reporting(names: &'a Names, allowance: Allowance, report: &'a dyn Fn(&str)) -> Self {
         Self {
@@ -63,7 +63,7 @@ impl<'a> Trials<'a> {
         }
     }
 
-    /// What was tried, and what it took.
+    /// The trials and their times.
     #[must_use]
     pub fn costs(&self) -> &[Cost] {
         &self.costs
@@ -108,8 +108,8 @@ impl<'a> Trials<'a> {
         trial
     }
 
-    /// What frames of a cell take. Scenes that differ in size, camera or colours share a measurement; where there was no
-    /// time for one, other frames of the codec at this site stand in for it.
+    /// Frame times of a cell. Scenes that differ in size, camera or colours share a measurement. If there was no time
+    /// for one, other frame times of the codec at this site replace it.
     ///
     /// # Errors
     /// As [`Trials::of`], and when the target refuses.
@@ -213,10 +213,10 @@ mod tests {
         assert_eq!(trials.of("raw", &raw, &colour).unwrap().coded("raw").texel_bytes(), 4);
         let s3dc = names.codecs().get("s3dc").unwrap().info().default_settings();
         let s3dc = trials.of("s3dc", &s3dc, &layout).unwrap();
-        // 4 bits of index, and two ends for a block of 16³.
+        // 4 bits per index, and two endpoints per block of 16³.
         assert!((s3dc.coded("s3dc").buffer_bytes_per_voxel().unwrap() - 0.5).abs() < 0.01);
         assert!(s3dc.encode_seconds_per_voxel() > 0.0 && s3dc.decode_seconds_per_voxel() > 0.0);
-        // Half a byte in blocks where the target takes such; decoded, 16 bits.
+        // Half a byte per voxel as blocks, if the target supports them; 16 bits if decoded.
         let bc4 = names.codecs().get("bc4").unwrap().info().default_settings();
         let bc4 = trials.of("bc4", &bc4, &layout).unwrap().coded("bc4");
         assert_eq!(bc4.buffer_bytes_per_voxel().unwrap(), 0.5);
