@@ -1,4 +1,4 @@
-//! An adapter that is open: what is asked of it, and what it can do.
+//! An open adapter: its requested features and its capabilities.
 
 use std::sync::{Arc, OnceLock};
 
@@ -11,8 +11,8 @@ use crate::{Capabilities, DeviceChoice, DeviceInfo, EngineError, probes};
 
 /// An open device. Clones share it.
 ///
-/// On GL only one thread at a time may use it, also to drop what lies on it: wgpu 30 panics in a thread that has waited for the
-/// context for six seconds, which a large shader takes to compile in another.
+/// On GL, only one thread at a time may use it or drop its resources. wgpu 30 panics in a thread that waits six seconds
+/// for the context, and compiling a large shader in another thread takes longer.
 #[derive(Clone, Debug)]
 pub struct Device {
     open: Arc<Open>,
@@ -31,13 +31,13 @@ struct Open {
 }
 
 impl Device {
-    /// Opens an adapter with all its limits and those optional features that this crate uses, and tries the ones that
-    /// drivers are known to offer without having them.
+    /// Opens an adapter with all its limits and the optional features that this crate uses. Tests those features that
+    /// some drivers claim but do not implement.
     ///
     /// # Errors
     /// [`EngineError::NoAdapter`] when none fits, [`EngineError::Gpu`] when the driver refuses to open it.
     pub fn open(choice: &DeviceChoice) -> Result<Self, EngineError> {
-        // Places are those of the whole list; else GL is asked only when nothing better fits.
+        // Indices refer to the whole list. Otherwise GL is queried only if nothing better fits.
         let mut candidates = match choice {
             DeviceChoice::Index(_) => all_adapters(),
             DeviceChoice::Backend(backend) => adapters(backend.flag()),
@@ -93,7 +93,7 @@ impl Device {
         Self { open: Arc::new(open), limits }
     }
 
-    /// The same device under other capabilities, as a device of its own to everything but the driver.
+    /// The same device with other capabilities. Only the driver is shared.
     fn with_capabilities(&self, capabilities: Capabilities) -> Self {
         let Open { device, queue, info, reports, .. } = &*self.open;
         let open = Open {
@@ -108,21 +108,21 @@ impl Device {
         Self { open: Arc::new(open), limits: self.limits }
     }
 
-    /// The same device, to be used as if its texture units decoded no blocks: the fallback can so be tried on any device.
+    /// The same device, used as if its texture units decoded no blocks. The fallback can thus be tested on any device.
     #[must_use]
     pub fn without_block_textures(&self) -> Self {
         let bc_sliced_3d = Err(crate::BlockFallback::NotDecoded);
         self.with_capabilities(Capabilities { bc_sliced_3d, ..self.capabilities().clone() })
     }
 
-    /// The same device with all that its driver claims, whatever was found when it was opened.
+    /// The same device with all capabilities that its driver claims, regardless of the probes.
     #[cfg(test)]
     pub(crate) fn as_claimed(&self) -> Self {
         self.with_capabilities(Capabilities::of(self.wgpu()))
     }
 
-    /// The same device, to be used as if it bound no more than `limits`: what a codec's buffers look like on a
-    /// lesser device can so be tried on this one. Limits above its own, or of no word at all, are clamped.
+    /// The same device, used as if its binding limits were `limits`. Buffers of a smaller device can thus be tested.
+    /// Limits above its own, or of zero words, are clamped.
     #[must_use]
     pub fn with_binding_limits(&self, limits: BindingLimits) -> Self {
         let own = self.open.capabilities.binding_limits();
@@ -133,20 +133,20 @@ impl Device {
         Self { open: Arc::clone(&self.open), limits }
     }
 
-    /// What the adapter says of itself.
+    /// Description of the adapter.
     #[must_use]
     pub fn info(&self) -> &DeviceInfo {
         &self.open.info
     }
 
-    /// What it can do, as far as drawing is concerned.
+    /// Its capabilities for drawing.
     #[must_use]
     pub fn capabilities(&self) -> &Capabilities {
         &self.open.capabilities
     }
 
-    /// Whether sums can be blended in single precision: the driver says so, and did it once, when this was first asked.
-    /// Where it cannot, they are blended in half.
+    /// Whether sums can be blended in single precision: the driver claims it, and a probe at the first call succeeded.
+    /// If not, half precision is used.
     #[must_use]
     pub fn blends_single(&self) -> bool {
         *self.open.blends_single.get_or_init(|| {
@@ -154,7 +154,7 @@ impl Device {
         })
     }
 
-    /// What the shader generator must keep to.
+    /// Limits for the shader generator.
     #[must_use]
     pub const fn binding_limits(&self) -> BindingLimits {
         self.limits

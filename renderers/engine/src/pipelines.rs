@@ -1,5 +1,4 @@
-//! Shaders and pipelines that a device has made, kept for whatever asks for the same again: another view, another frame,
-//! another scene.
+//! Shaders and pipelines of a device, kept for equal requests: another view, another frame, another scene.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -11,7 +10,7 @@ use cvr_core::shader::{Binding, BindingKind, Draft, GeneratedShader, Request, Sh
 
 use crate::{Device, EngineError};
 
-/// Shaders, and pipelines, that a device keeps at most; of more, those go that have not been asked for longest.
+/// Largest number of shaders, and of pipelines, that a device keeps. The least recently used ones are dropped.
 const MOST_KEPT: usize = 64;
 
 /// What a device keeps.
@@ -22,7 +21,7 @@ pub(crate) struct Pipelines {
     made: AtomicU64,
 }
 
-/// What a pipeline is made of.
+/// The parts that determine a pipeline.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Key {
     wgsl: String,
@@ -36,7 +35,7 @@ struct Key {
 pub(crate) enum Target {
     /// Dispatches.
     Compute,
-    /// Triangles that are blended into a picture of this format.
+    /// Triangles, blended into a picture of this format.
     Blend { vertex: &'static str, format: wgpu::TextureFormat },
 }
 
@@ -44,7 +43,7 @@ pub(crate) enum Target {
 #[derive(Debug)]
 pub(crate) struct Compiled {
     pub(crate) bindings: Vec<Binding>,
-    /// Of each group of bindings.
+    /// One for each group of bindings.
     pub(crate) layouts: Vec<wgpu::BindGroupLayout>,
     pub(crate) pipeline: Executable,
 }
@@ -56,7 +55,7 @@ pub(crate) enum Executable {
 }
 
 impl Device {
-    /// The shader of a request: one that was made before, if there is one.
+    /// The shader of a request. An existing one is reused.
     pub(crate) fn shader(&self, request: &Request<'_>) -> Result<Arc<GeneratedShader>, ShaderError> {
         let draft = draft(request)?;
         let kept = &self.pipelines().shaders;
@@ -68,7 +67,7 @@ impl Device {
         Ok(shader)
     }
 
-    /// The pipeline of a shader: one that was made before, if there is one.
+    /// The pipeline of a shader. An existing one is reused.
     pub(crate) fn compiled(
         &self,
         shader: &GeneratedShader,
@@ -86,13 +85,13 @@ impl Device {
         Ok(compiled)
     }
 
-    /// Pipelines that this device has compiled so far. What it took from those that it keeps does not count.
+    /// Number of pipelines that this device has compiled. Reused ones do not count.
     #[must_use]
     pub fn pipelines_compiled(&self) -> u64 {
         self.pipelines().made.load(Ordering::Relaxed)
     }
 
-    /// Forgets shaders and pipelines, so that the next of each is compiled: for measurements of that.
+    /// Drops kept shaders and pipelines, so that compile times can be measured.
     pub fn forget_pipelines(&self) {
         *lock(&self.pipelines().shaders) = Recent::default();
         *lock(&self.pipelines().compiled) = Recent::default();
@@ -216,7 +215,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Values by their keys, [`MOST_KEPT`] of them at most.
+/// Values by their keys, at most [`MOST_KEPT`].
 #[derive(Debug)]
 struct Recent<K, V> {
     kept: HashMap<K, (V, u64)>,
