@@ -1,4 +1,4 @@
-//! Progress bars: on a terminal, and nowhere else.
+//! Progress bars, only on a terminal.
 
 use cvr_core::codec::Progress;
 use indicatif::{ProgressBar, ProgressStyle};

@@ -135,7 +135,7 @@ pub enum InputError {
         place: Place,
         /// What is claimed: voxels along x, y, z, channels, frames.
         what: String,
-        /// Claimed bytes, uncompressed, in the file or in memory, whichever is more.
+        /// Claimed bytes, uncompressed: the larger of the sizes in the file and in memory.
         bytes: u128,
     },
     /// The volume is within the limit, but this machine cannot hold it.

@@ -10,7 +10,7 @@ const LONGEST: usize = 120;
 pub(super) struct Figure {
     /// File name without ending; no two are alike, not even in lower case.
     pub(super) name: String,
-    /// The last part of the name, by which `docs/user/evaluation.md` tells what the chart shows.
+    /// The last part of the name. `docs/user/evaluation.md` explains charts under it.
     pub(super) kind: String,
     /// `None` for all together.
     pub(super) volume: Option<String>,

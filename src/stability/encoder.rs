@@ -162,7 +162,7 @@ fn as_input(layout: &VolumeLayout, frames: &[Vec<f32>]) -> Result<FiniteVolume, 
     DenseVolume::new(layout.clone(), samples).map(FiniteVolume::new)
 }
 
-/// Whether files are equal, whichever number of threads has written them.
+/// Whether files are equal for every number of threads.
 fn threads_agree(
     codec: &dyn Codec,
     settings: &Settings,

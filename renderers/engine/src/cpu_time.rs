@@ -11,7 +11,7 @@ pub fn process_cpu_time() -> Option<Duration> {
     Some(Duration::new(time.tv_sec.try_into().ok()?, time.tv_nsec.try_into().ok()?))
 }
 
-/// Not told here.
+/// `None`: this system does not report it.
 #[cfg(not(any(target_os = "linux", target_os = "macos")))]
 #[must_use]
 pub fn process_cpu_time() -> Option<Duration> {

@@ -14,7 +14,7 @@ use crate::report::figure::Sheet;
 
 const MIB: f64 = 1_048_576.0;
 
-/// Bytes that the device needs for a cell: while it draws or while it decodes, whichever is more.
+/// Bytes that the device needs for a cell: the maximum over drawing and decoding.
 fn memory(record: &Record) -> Option<f64> {
     let bytes = record.resident_bytes?.max(record.device_decode_bytes.unwrap_or(0));
     (bytes > 0).then_some(bytes as f64)

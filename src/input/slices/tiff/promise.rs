@@ -14,7 +14,7 @@ pub(super) struct Promise {
     pub frames: u64,
     /// Channels in pages of their own.
     pub channels: u64,
-    /// Slices, where they are told apart from pages.
+    /// Slices, if they are counted separately from pages.
     pub slices: Option<u64>,
     /// Spacing along x, y, z, where all three are known; x and y of ImageJ stand in tags.
     pub spacing: Spacing,
