@@ -16,7 +16,7 @@ fn bar(length: u64, template: &str) -> ProgressBar {
 pub struct VoxelBar(ProgressBar);
 
 impl VoxelBar {
-    /// A bar over so many voxels.
+    /// A bar over a number of voxels.
     #[must_use]
     pub fn new(voxels: u64) -> Self {
         Self(bar(voxels, "{bar:40} {percent:>3} %  {eta} left"))
@@ -67,7 +67,7 @@ impl Default for TrialBar {
 pub struct CellBar(ProgressBar);
 
 impl CellBar {
-    /// A bar over so many cells.
+    /// A bar over a number of cells.
     #[must_use]
     pub fn new(cells: usize) -> Self {
         Self(bar(cells as u64, "{bar:30} {pos}/{len} cells, {eta} left  {wide_msg}"))

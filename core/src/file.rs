@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 /// Prefix of temporary files and folders. Six letters and digits follow.
 const TEMPORARY: &str = ".cvr-";
-/// What they end with.
+/// Suffix of temporary files and folders.
 const PART: &str = ".part";
 /// Letters and digits between the two.
 const RANDOM: usize = 6;
@@ -148,7 +148,7 @@ fn is_same(_: &std::fs::Metadata, _: &std::fs::Metadata) -> bool {
     true
 }
 
-/// The folder that a file stands in.
+/// The folder of a file.
 #[must_use]
 pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))

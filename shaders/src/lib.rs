@@ -129,7 +129,7 @@ modules! { "/", "":
     RAYS_IN_PIECES = "rays/in_pieces.wgsl";
     /// Whether a device has ended loops.
     LOOPS_RUN = "rays/loops.wgsl";
-    /// Fragments as they are.
+    /// Fragments without a check.
     BLENDED_UNCHECKED = "blending/unchecked.wgsl";
     /// Fragments that mark ended loops.
     BLENDED_CHECKED = "blending/checked.wgsl";

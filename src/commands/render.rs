@@ -158,7 +158,7 @@ fn range(
     Ok(range.unwrap_or(ValueRange { min: 0.0, max: 0.0 }))
 }
 
-/// What is drawn.
+/// The volume or stream to draw.
 struct Source {
     codec: Arc<dyn Codec>,
     decoder: Arc<dyn Decoder>,
@@ -171,7 +171,7 @@ struct Source {
     notes: Vec<String>,
 }
 
-/// An encoded volume as it is, any other through the codec `raw`.
+/// Opens a container, or encodes any other volume with the codec `raw`.
 fn open(args: &Args, names: &Names) -> Result<Source, BadInput> {
     let (codec, stream, decoder) = if is_container(&args.file) {
         let Opened { stream, codec, decoder } =

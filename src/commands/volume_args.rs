@@ -67,7 +67,7 @@ impl RawArgs {
         Ok(load(&self.volume(paths)?, 0)?)
     }
 
-    /// The files and folders that these paths stand for.
+    /// The files and folders of these paths.
     pub fn found(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, BadInput> {
         Ok(found(paths, self.dims.is_some())?)
     }

@@ -14,10 +14,10 @@ use super::trial::{Frames, SIDES, TRIAL_EDGE, Trial};
 use crate::registry::Names;
 use crate::site::target::Target;
 
-/// Less than this is no time for a trial.
+/// A trial with less time than this is not started.
 const LEAST: Duration = Duration::from_millis(20);
 
-/// What one trial took.
+/// Times of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
     /// Label of the codec in records.

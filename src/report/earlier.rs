@@ -1,5 +1,5 @@
-//! Folders of results that version 0.1.0 wrote, which kept no list of its files: what their `results.json`, and the cells
-//! beside it, name.
+//! Folders of results of version 0.1.0, which kept no list of its files. Their files are those that `results.json` and
+//! the cells name.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::experiment::provenance::ReferencePicture;
 use crate::experiment::record::Record;
 use crate::experiment::results::Results;
 
-/// The files of a folder that holds results of such a version; `None` where there is no `results.json`.
+/// The files of a folder with results of such a version. `None` if there is no `results.json`.
 #[must_use]
 pub fn earlier(folder: &Path) -> Option<Earlier> {
     let Results { provenance, records, .. } = Results::read(&folder.join("results.json")).ok()?;

@@ -15,7 +15,7 @@ pub(super) struct Figure {
     /// `None` for all together.
     pub(super) volume: Option<String>,
     pub(super) caption: String,
-    /// The legend stands beside the drawing, not below.
+    /// Whether the legend is next to the drawing, not below.
     pub(super) wide: bool,
     pub(super) chart: Chart,
     /// What its CSV file holds, where that is not its marks.

@@ -17,7 +17,7 @@ pub struct Expected<'a> {
     pub decoder: &'a dyn Decoder,
     /// The frame's place in it.
     pub key: (FrameIndex, Level),
-    /// What the CPU decodes.
+    /// The frame that the CPU decoded.
     pub frame: Arc<DecodedFrame>,
     /// The codec's block, if it has one. The report of a mismatch names it.
     pub block: Option<Block>,

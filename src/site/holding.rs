@@ -21,10 +21,10 @@ pub type SayHolder = fn(CodedFrame<'_>, &Target) -> Result<String, String>;
 
 /// A way of holding a volume.
 ///
-/// Whether a codec and a renderer can be combined with it is no question to it: that follows from the properties of its
+/// It does not decide whether a codec and a renderer can be combined with it. That follows from the properties of its
 /// [`Site`], in [`cvr_core::pipeline::unsupported`] and [`cvr_core::pipeline::undrawable`].
 pub trait Holding: Sync {
-    /// The site that it stands for.
+    /// Its site.
     fn site(&self) -> Site;
 
     /// The passes that draw a view from it.
@@ -138,7 +138,7 @@ pub trait HeldFrame: Debug + Send + Sync {
         Preparation::default()
     }
 
-    /// Whether it holds memory beside the stream.
+    /// Whether it holds memory in addition to the stream.
     fn holds_memory(&self) -> bool {
         true
     }

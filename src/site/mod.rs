@@ -26,7 +26,7 @@ use cvr_core::codec::Site;
 
 use holding::Holding;
 
-/// What a site is.
+/// The implementation of a site.
 #[must_use]
 pub const fn of(site: Site) -> &'static dyn Holding {
     match site {

@@ -77,7 +77,7 @@ fn axis(plan: &Plan) -> Result<Axis, String> {
     axis.ok_or_else(|| "the plan does not draw layer by layer".to_owned())
 }
 
-/// Nothing beside the stream: the ring belongs to the drawing.
+/// Nothing in addition to the stream. The ring belongs to the drawing.
 #[derive(Debug)]
 struct RingFrame;
 

@@ -38,7 +38,7 @@ fn shifted(axis: usize) -> FiniteVolume {
     FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
 }
 
-/// Site, filter and the rule that its picture is held to.
+/// Site, filter, and the rule for its picture.
 const CASES: [(Site, Filter, AgreementRule); 3] = [
     (Site::Inline, Filter::Nearest, AgreementRule::MANUAL),
     (Site::Inline, Filter::Linear, AgreementRule::MANUAL),

@@ -40,7 +40,7 @@ fn a_texture_beyond_the_device_is_refused_with_both_numbers() {
         assert!(matches!(error, EngineError::TooLarge { .. }), "{text}");
         assert!(text.contains(&(limit + 1).to_string()), "{text}");
         assert!(text.contains(&format!("offers {limit}")), "{text}");
-        // One voxel less is no trouble.
+        // One voxel less works.
         size[axis] = limit;
         let layout = VolumeLayout::scalar(Extent::try_from(size).unwrap(), SAMPLE);
         VolumeTexture::upload(device, &layout, &values[1..], DecodedForm::FLOAT32).unwrap();

@@ -103,7 +103,7 @@ fn columns(values: &[f32]) -> Box<dyn Decoder> {
     encoded(codec("raw").as_ref(), &settings(&[]), &volume)
 }
 
-/// The column that each pixel shows; `None` beside the volume.
+/// The column that each pixel shows. `None` outside the volume.
 fn seen_columns() -> Vec<Option<usize>> {
     let last = (SIDE * SIDE - 1) as f32;
     let numbers: Vec<f32> = (0..SIDE * SIDE).map(|i| i as f32).collect();

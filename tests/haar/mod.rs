@@ -39,7 +39,7 @@ impl Haar {
         Self::in_groups(levels, 1, volume)
     }
 
-    /// The same with groups of so many frames.
+    /// The same with groups of `group` frames.
     pub fn in_groups(levels: i64, group: i64, volume: &FiniteVolume) -> HaarDecoder {
         let haar = Self::default();
         let settings = [("levels", levels), ("group", group)];
@@ -174,7 +174,7 @@ pub struct HaarDecoder {
     coefficients: Vec<u32>,
     /// Every frame, by resolution. A predicted frame is stored as the difference from its reference.
     frames: Vec<Vec<Vec<f32>>>,
-    /// What the device runs.
+    /// The passes of the device.
     pub passes: Passes,
     predicted_from: fn(u32) -> u32,
 }

@@ -61,7 +61,7 @@ impl Passes {
 }
 
 impl HaarDecoder {
-    /// A pass over a frame of this layout with these constants beside those that all have.
+    /// A pass over a frame of this layout, with these constants and those that all passes have.
     fn pass(
         &self,
         (pass, layout): (Pass, &VolumeLayout),

@@ -200,7 +200,7 @@ fn a_configuration_is_held_against_its_data() {
         assert_eq!(**line, format!("{expected} (seen in 40 × 30 pixels)"));
     }
     assert_eq!(lines.len(), 4);
-    // Within the type's range, and beside the data's.
+    // Within the type's range, but outside the data's.
     let set = "scene.front.transfer_function=[[210, '#00000000'], [220, '#ffffffff']]";
     let beside = folder.cvr(&["check-config", "blank.toml", "--set", set]).exits(0).stderr;
     let said = ": its transfer function shows what is above 210, and the values are 0 to 200";

@@ -86,7 +86,7 @@ fn browser() -> Option<PathBuf> {
 struct Shown {
     /// The page's own findings. `None` if its script did not end.
     found: Option<String>,
-    /// What the browser wrote to the page's console.
+    /// Messages in the page's console.
     console: Vec<String>,
     /// Network requests, except the browser's own.
     requests: Vec<String>,

@@ -13,7 +13,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Of `size` codewords.
+    /// Cells of `size` codewords.
     pub fn new(nearest: &[Nearest], size: usize) -> Self {
         let mut starts = vec![0; size + 1];
         nearest.iter().for_each(|n| starts[n.index as usize + 1] += 1);

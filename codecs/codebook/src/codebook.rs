@@ -1,4 +1,4 @@
-//! Codewords as they are stored, and as they decode.
+//! Codewords in stored and decoded form.
 
 use std::collections::HashMap;
 

@@ -70,7 +70,7 @@ pub struct TrainingSettings {
 }
 
 impl TrainingSettings {
-    /// Of complete settings.
+    /// Reads complete settings.
     ///
     /// # Errors
     /// When one is missing; all but `draw` must be there.

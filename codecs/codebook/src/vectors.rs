@@ -128,7 +128,7 @@ impl Vectors {
         merged
     }
 
-    /// The vectors in another order: those numbered `order`, one after the other.
+    /// The vectors with indices `order`, in that order.
     #[must_use]
     pub(crate) fn ordered(&self, order: &[u32]) -> Self {
         let mut ordered = Self {

@@ -18,7 +18,7 @@ const POLL: Duration = Duration::from_millis(2);
 /// Bytes of a failed command's messages that an error quotes.
 const QUOTED: u64 = 400;
 
-/// Why a text is no command.
+/// Why a text is not a command.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ParseError {
     /// Quotes do not match.
@@ -109,7 +109,7 @@ impl Command {
         &self.text
     }
 
-    /// What stands for `{value}`.
+    /// Replacement of `{value}`.
     pub const fn value(&self) -> f64 {
         self.value
     }

@@ -21,7 +21,7 @@ use crate::{INFO, STREAMS};
 pub struct Parameters {
     /// The command, placeholders and all.
     pub decode: String,
-    /// What stands for `{value}`.
+    /// Replacement of `{value}`.
     pub value: f64,
     /// How long it may run.
     pub timeout_seconds: u64,

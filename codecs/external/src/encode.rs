@@ -15,7 +15,7 @@ use crate::trust::Trust;
 
 /// Bytes per sample beyond which a compressed file counts as an error and is not read.
 const SAMPLE_BYTES: u64 = 8;
-/// Bytes beside the samples.
+/// Bytes in addition to the samples.
 const HEADER_BYTES: u64 = 1 << 20;
 
 /// Encodes by a command.

@@ -105,7 +105,7 @@ impl Codec for Hvq {
         STAGES
     }
 
-    /// Of 4³ voxels.
+    /// Blocks of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
         Some(geometry::block())
     }

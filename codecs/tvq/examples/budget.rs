@@ -43,7 +43,7 @@ impl Codec for OfSizes {
     }
 }
 
-/// What a stream spends.
+/// How a stream spends its bits.
 struct Spent {
     /// Bits of header and tables, codebooks, means, and the codes of each partition.
     bits: [f64; 6],

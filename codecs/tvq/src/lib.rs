@@ -72,7 +72,7 @@ impl Codec for Tvq {
         4
     }
 
-    /// Of 4³ voxels.
+    /// Blocks of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
         Some(stream::geometry::block())
     }

@@ -124,7 +124,7 @@ pub enum Target {
     Rate(f64),
     /// Decibels.
     Psnr(f64),
-    /// Decibels, if they take no more than so many bits per sample.
+    /// Decibels, with at most `rate` bits per sample.
     Both { rate: f64, psnr: f64 },
 }
 
@@ -157,7 +157,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Of complete settings.
+    /// Reads complete settings.
     ///
     /// # Errors
     /// When one is missing.

@@ -40,7 +40,7 @@ pub struct Parameters {
 pub struct Geometry {
     /// Blocks over the volume, edge blocks filled up.
     pub grid: BlockGrid,
-    /// Values per voxel: 1 or 3. Each channel is coded by itself.
+    /// Values per voxel: 1 or 3. Each channel is coded separately.
     pub channels: u32,
     /// Bits of a block.
     pub block_bits: u32,

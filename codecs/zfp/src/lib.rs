@@ -59,7 +59,7 @@ impl Codec for Zfp {
         &INFO
     }
 
-    /// Of 4³ voxels.
+    /// Blocks of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
         Some(geometry::block())
     }

@@ -26,7 +26,7 @@ pub struct CodecInfo {
     pub decoded_by: &'static [DecodedBy],
     /// Whether the snippet declares `<id>_fetch_cell`, which filter `optimised-linear` needs.
     pub fetch_cell: bool,
-    /// What it follows.
+    /// The paper that the codec follows.
     pub paper: Option<Paper>,
     /// Settings with their defaults, in display order.
     pub settings: &'static [Setting],

@@ -8,7 +8,7 @@ use crate::volume::{BrickKey, FrameIndex, Level, Region};
 /// Comparison of a dump of one frame with the CPU decoder. Its `Display` is a sentence.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Parity {
-    /// What the codec states.
+    /// The codec's stated agreement.
     pub agreement: Agreement,
     /// Samples compared; those that only one side has count too.
     pub samples: u64,

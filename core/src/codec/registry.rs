@@ -30,7 +30,7 @@ pub enum RegistryError {
     NoSuchMethod {
         /// The codec.
         id: String,
-        /// What it lists.
+        /// The listed name.
         name: String,
     },
     /// No codec has that id.

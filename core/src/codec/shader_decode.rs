@@ -135,7 +135,7 @@ pub enum Agreement {
     Levels {
         /// Data units.
         distance: f32,
-        /// Of the span, `0.0..1.0`.
+        /// Fraction of the span, `0.0..1.0`.
         share: f32,
     },
 }

@@ -1,4 +1,4 @@
-//! What the battery found.
+//! Results of the conformance tests.
 
 use std::fmt;
 

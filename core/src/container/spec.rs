@@ -74,7 +74,7 @@ pub struct Spec {
     pub settings: Settings,
     /// All parameters that the decoder needs. The codec defines their form.
     pub parameters: serde_json::Value,
-    /// What the encoder promises.
+    /// The encoder's promises.
     pub report: EncodeReport,
     /// Samples replaced before encoding.
     pub replaced: Replaced,

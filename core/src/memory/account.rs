@@ -9,7 +9,7 @@ use std::sync::{PoisonError, RwLock};
 pub enum Source {
     /// The user.
     User,
-    /// The machine has so much free.
+    /// Free memory of the machine.
     Machine,
     /// Free memory of this process's control group (a container, a batch job).
     ControlGroup,

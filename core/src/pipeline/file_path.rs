@@ -19,7 +19,7 @@ enum Part {
     Variable(String),
 }
 
-/// Why a text is no path.
+/// Why a text is not a path.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FilePathError {
     /// Nothing was written.

@@ -67,7 +67,7 @@ pub enum Reason {
         /// Codecs of this build that have one.
         offered: Vec<String>,
     },
-    /// The codec has not so many stages.
+    /// The codec has fewer stages.
     Stages {
         /// Codec id.
         codec: String,
@@ -76,7 +76,7 @@ pub enum Reason {
         /// Stages that it has with these settings.
         most: u8,
     },
-    /// The codec has not so many resolutions.
+    /// The codec has fewer resolutions.
     Resolution {
         /// Codec id.
         codec: String,

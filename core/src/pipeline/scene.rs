@@ -116,7 +116,7 @@ impl Scene {
     pub const MAX_SIZE: u32 = 8192;
     /// Width and height unless a configuration says otherwise.
     pub const DEFAULT_SIZE: [u32; 2] = [256, 256];
-    /// Background unless it is said otherwise, as it is written.
+    /// Default background, as written in a configuration.
     pub const DEFAULT_BACKGROUND: &str = "#000000";
 
     /// [`Scene::DEFAULT_BACKGROUND`] as RGB.

@@ -38,12 +38,12 @@ pub enum OpacityTableError {
         /// Entries along each axis.
         found: Vec<usize>,
     },
-    /// An entry is no opacity.
+    /// An entry is not a valid opacity.
     #[error("entry {index} of the opacity table is {value}: opacities run from 0 to 1")]
     Entry {
         /// Its index, red fastest.
         index: usize,
-        /// What it is.
+        /// The entry.
         value: f32,
     },
 }

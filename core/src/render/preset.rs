@@ -7,7 +7,7 @@ use super::ControlPoint;
 pub struct Preset {
     /// Name in TOML and on command lines.
     pub name: &'static str,
-    /// What it is for.
+    /// Its purpose.
     pub doc: &'static str,
     /// Fraction of the value range, straight RGBA.
     points: &'static [(f32, [f32; 4])],

@@ -69,7 +69,7 @@ pub struct DecoderVoxels<'a> {
     decoder: &'a dyn Decoder,
     frame: FrameIndex,
     level: Level,
-    /// That of the level.
+    /// Shape of the volume at the level.
     layout: VolumeLayout,
     /// The frames that this frame is predicted from.
     references: References,

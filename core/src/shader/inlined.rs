@@ -16,7 +16,7 @@ impl Length {
         *sum = sum.saturating_add(operations);
     }
 
-    /// Adds a length that lies within so many loops.
+    /// Adds a length inside `loops` loops.
     fn add_within(&mut self, loops: usize, other: Self) {
         (loops..).zip(other.0).for_each(|(loops, operations)| self.add(loops, operations));
     }

@@ -96,7 +96,7 @@ impl Variable {
 /// sources give equal shaders.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Program {
-    /// Modules that stand in the text.
+    /// Modules that are always part of the text.
     pub modules: Vec<Module>,
     /// Modules that are included if the shader uses their declarations. Shared modules ([`cvr_shaders::ALL`]) need not
     /// be listed if no other module declares the same name.

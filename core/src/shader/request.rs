@@ -116,7 +116,7 @@ impl Default for BindingLimits {
     }
 }
 
-/// What a binding holds.
+/// Content of a binding.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum BindingKind {
     /// The struct `inputs` with all uniforms.
@@ -199,7 +199,7 @@ pub struct Binding {
     pub group: u32,
     /// `@binding`.
     pub binding: u32,
-    /// What it holds.
+    /// Its content.
     pub kind: BindingKind,
 }
 

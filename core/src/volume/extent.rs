@@ -11,7 +11,7 @@ pub struct Extent {
     z: u32,
 }
 
-/// Why three numbers are no extent.
+/// Why three numbers are not an extent.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ExtentError {
     /// One axis has no voxels.

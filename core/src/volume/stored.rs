@@ -89,7 +89,7 @@ impl StoredType {
         }
     }
 
-    /// Whether every sample is kept as it is.
+    /// Whether every sample is kept unchanged.
     #[must_use]
     pub const fn is_kept_exactly(self) -> bool {
         matches!(self, Self::U8 | Self::I8 | Self::U16 | Self::I16 | Self::F32)

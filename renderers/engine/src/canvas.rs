@@ -104,7 +104,7 @@ impl Canvas {
         Ok(pixels.iter().filter(|pixel| pixel[0] < 0.0).count())
     }
 
-    /// Its pixels as they are now.
+    /// Its current pixels.
     pub(crate) fn pixels(&self, device: &Device) -> Result<Vec<[f32; 4]>, EngineError> {
         match self {
             Self::Buffer(buffer) => device.read_buffer(buffer, buffer.size()),
@@ -112,7 +112,7 @@ impl Canvas {
         }
     }
 
-    /// The picture as it is now.
+    /// The current picture.
     pub(crate) fn read(&self, device: &Device, size: [u32; 2]) -> Result<Image, EngineError> {
         let pixels = self.pixels(device)?;
         if let Some(CutOff { pixels, .. }) = CutOff::of(&pixels) {

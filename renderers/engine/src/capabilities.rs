@@ -96,7 +96,7 @@ pub struct TextureChoice {
 }
 
 impl Capabilities {
-    /// What the driver says.
+    /// The capabilities that the driver claims.
     pub(crate) fn of(device: &wgpu::Device) -> Self {
         let (limits, features) = (device.limits(), device.features());
         Self {

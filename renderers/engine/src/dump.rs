@@ -63,7 +63,7 @@ impl Device {
         self.run_dump_in_pieces(shader, supplies, (extent, channels), most_bytes)
     }
 
-    /// The same, so many bytes at a time at most.
+    /// The same, with at most `bytes` bytes on the device at a time.
     fn run_dump_in_pieces(
         &self,
         shader: &GeneratedShader,

@@ -13,7 +13,7 @@ use crate::{Device, EngineError};
 /// Largest number of shaders, and of pipelines, that a device keeps. The least recently used ones are dropped.
 const MOST_KEPT: usize = 64;
 
-/// What a device keeps.
+/// Shaders and pipelines that a device keeps.
 #[derive(Debug, Default)]
 pub(crate) struct Pipelines {
     shaders: Mutex<Recent<Draft, Arc<GeneratedShader>>>,

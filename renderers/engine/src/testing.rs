@@ -46,7 +46,7 @@ impl FromStr for Switch {
 }
 
 impl Switch {
-    /// That of this process.
+    /// The switch of this process.
     fn of_environment() -> Self {
         let text = std::env::var("CVR_DEVICE").unwrap_or_default();
         text.parse().unwrap_or_else(|sentence| panic!("{sentence}"))

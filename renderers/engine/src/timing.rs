@@ -3,7 +3,7 @@
 //! Machines change speed during a measurement. The ratio of two neighbouring times is not affected. The protocol needs
 //! only two closures that draw one picture each, for devices and CPU mirrors alike.
 
-/// What one frame took.
+/// The time of one picture.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct FrameTime {
     /// Wall clock around encode, submit and wait, in milliseconds; positive.
@@ -37,7 +37,7 @@ impl Clock {
 /// How long to measure.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct PairBudget {
-    /// Pairs that are drawn whatever they take; at least 1 is.
+    /// Least number of pairs, regardless of their time. At least 1 is drawn.
     pub min_pairs: usize,
     /// Pairs after which to stop.
     pub max_pairs: usize,

@@ -45,7 +45,7 @@ struct Stack {
     /// The layer pairs that hold samples, by the lower layer. −1 is the half voxel below the first layer's centre; the
     /// last layer's number is the half voxel above its centre.
     cells: Range<i32>,
-    /// Layers beside its own two that a sample in a cell reads.
+    /// Number of layers that a sample of a layer pair reads on each side of the pair.
     reach: i32,
     /// Whether anything shows in each row of macrocells along the axis. `None` without skipping.
     shows: Option<Vec<bool>>,

@@ -140,7 +140,7 @@ fn sample_type(descriptor: &str) -> Option<(StoredType, ByteOrder)> {
     }
 }
 
-/// What the axes of an array's index are.
+/// The meanings of an array's axes.
 fn shape(shape: &[usize]) -> Option<(Shape, Vec<Axis>)> {
     let index = match shape {
         [_, _, _] => vec![Axis::Z, Axis::Y, Axis::X],

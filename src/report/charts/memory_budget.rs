@@ -141,7 +141,7 @@ fn best<'a>(cells: &[(&'a Record, f64, f64)]) -> Vec<(&'a Record, f64, f64)> {
     pareto::front(&costs).into_iter().map(|i| cells[i]).collect()
 }
 
-/// Along the steps: each value holds up to the next, the last one up to `end`.
+/// A step curve: each value holds up to the next, the last one up to `end`.
 fn steps(points: &[(f64, f64)], end: f64) -> Vec<(f64, f64)> {
     let mut line = Vec::new();
     for (i, (x, y)) in points.iter().enumerate() {

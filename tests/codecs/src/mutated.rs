@@ -33,7 +33,7 @@ pub enum Mutation {
 pub struct Mutated {
     /// The right one.
     pub inner: Box<dyn Decoder>,
-    /// What is wrong.
+    /// The mutation.
     pub mutation: Mutation,
 }
 
@@ -42,7 +42,7 @@ pub struct Mutated {
 pub struct MutatedCodec {
     /// The right one.
     pub inner: Arc<dyn Codec>,
-    /// What is replaced.
+    /// The text to replace.
     pub from: &'static str,
     /// By what.
     pub to: &'static str,

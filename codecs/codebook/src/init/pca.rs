@@ -24,7 +24,7 @@ const AXIS_STEPS: usize = 12;
 /// The axis counts as settled if the squared sine of the angle between two steps is below this.
 const AXIS_SETTLED: f32 = 1e-4;
 
-/// Vectors that one codeword will stand for.
+/// Vectors that one codeword will represent.
 struct Cell {
     /// Indices of the vectors, ascending.
     members: Vec<u32>,

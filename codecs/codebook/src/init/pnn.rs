@@ -14,7 +14,7 @@ pub const MOST: usize = 1 << 16;
 /// Most clusters in a bucket. One pair per bucket is considered.
 const BUCKET: usize = 8;
 
-/// Clusters as they are left: weights, and means one after the other.
+/// The remaining clusters: weights, and concatenated means.
 struct Clusters {
     dimension: usize,
     weights: Vec<f64>,

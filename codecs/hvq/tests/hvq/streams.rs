@@ -55,7 +55,7 @@ fn made(
     (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
 }
 
-/// Stages from which a stream is decoded, one after the other.
+/// Numbers of stages from which each stream is decoded.
 const STAGES: [u8; 3] = [1, 2, 3];
 
 #[test]

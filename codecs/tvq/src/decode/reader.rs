@@ -18,7 +18,7 @@ use crate::stream::scale::Scale;
 use crate::stream::table::Table;
 use crate::stream::{CODEBOOK, HEADS, INDEX, TABLES};
 
-/// Means and codes, as they are fetched.
+/// Means and codes in fetch order.
 #[derive(Debug)]
 enum Index {
     /// As the stream has them.

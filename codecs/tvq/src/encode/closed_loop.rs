@@ -17,7 +17,7 @@ pub struct Plane {
     pub means: Vec<u32>,
     /// Number of codebooks searched: codes of a block.
     pub books: usize,
-    /// Codes, one after the other for each block.
+    /// Codes, block after block.
     pub codes: Vec<u16>,
     /// Squared error of each block after its mean and after each further code: one more than there are codebooks.
     /// Measured on decoder output: integers rounded, in data units, over voxels inside the volume.

@@ -18,7 +18,7 @@ pub struct Sample {
     pub values: Vec<f32>,
     /// Fraction of each block that lies in the volume.
     pub weights: Vec<f64>,
-    /// Blocks that each stands for.
+    /// Number of blocks that each block represents.
     pub scale: f64,
 }
 

@@ -12,7 +12,7 @@ use crate::stream::geometry::{Geometry, Parameters, Payload, VOXELS, block_grid}
 use crate::stream::table::{BookForm, Table};
 use crate::stream::{CODEBOOK, HEADS, INDEX, TABLES};
 
-/// Everything that a stream holds beside codebooks.
+/// All parts of a stream except codebooks.
 #[derive(Debug)]
 pub struct Written {
     /// By set and sub-volume.

@@ -29,7 +29,7 @@ pub const VALUE_BITS: u32 = 16;
 /// Largest value before it is scaled to data units.
 pub const TOP: i32 = (1 << VALUE_BITS) - 1;
 
-/// What a block stores.
+/// Content of a block.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Payload {
@@ -43,7 +43,7 @@ pub enum Payload {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// What a block stores.
+    /// Content of a block.
     pub payload: Payload,
     /// Blocks along x, y, z.
     pub grid: [u32; 3],
@@ -74,7 +74,7 @@ pub struct Geometry {
     pub channels: u32,
     /// Frames.
     pub frames: u32,
-    /// What a block stores.
+    /// Content of a block.
     pub payload: Payload,
     /// Blocks over the volume.
     pub grid: BlockGrid,

@@ -61,7 +61,7 @@ fn made(sample: SampleType, channels: u32, frames: u32, pairs: &[(&str, &str)]) 
     (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
 }
 
-/// Stages from which a stream is decoded, one after the other.
+/// Numbers of stages from which each stream is decoded.
 const STAGES: [u8; 4] = [1, 2, 3, 4];
 
 #[test]

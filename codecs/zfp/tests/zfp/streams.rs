@@ -40,7 +40,7 @@ fn made(rate: &str, sample: SampleType, channels: u32, frames: u32) -> (Settings
     (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
 }
 
-/// Stages from which a stream is decoded, one after the other.
+/// Numbers of stages from which each stream is decoded.
 const STAGES: [u8; 1] = [u8::MAX];
 
 #[test]

@@ -19,7 +19,7 @@ pub struct NumberKey {
 }
 
 impl NumberKey {
-    /// Whether a number may stand there.
+    /// Whether this number is allowed.
     #[must_use]
     pub fn allows(&self, number: f64) -> bool {
         number.is_finite() && (self.bounds)().hold(number)
@@ -37,7 +37,7 @@ impl NumberKey {
         Key::with_default(self.name, Shape::Number((self.bounds)()), default, self.doc).unit(self.unit)
     }
 
-    /// The number that its absence stands for.
+    /// Its default.
     #[must_use]
     pub fn default(&self) -> f64 {
         (self.default)()

@@ -36,7 +36,7 @@ pub(in crate::pipeline) struct Key {
 /// Whether a key must be there.
 pub(in crate::pipeline) enum Presence {
     Required,
-    /// The value that its absence stands for, written as TOML.
+    /// Its default, written as TOML.
     Default(String),
     /// The meaning of its absence, in words.
     Absent(&'static str),

@@ -10,7 +10,7 @@ use crate::codec::{Setting, Site};
 use crate::diagnostic::Diagnostic;
 use crate::render::{Filter, RendererInfo};
 
-/// Keys whatever the renderer.
+/// Keys for every renderer.
 const KEYS: [&str; 6] = ["renderer", "site", "filter", "skipping", "stages", "resolution"];
 
 /// Word for all stages of a stream.

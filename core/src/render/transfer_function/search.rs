@@ -101,7 +101,7 @@ impl SegmentSearch {
     }
 }
 
-/// Values in a tree of so many levels.
+/// Number of values in a tree with this many levels.
 const fn keys_of(levels: u32) -> usize {
     5_usize.pow(levels) - 1
 }

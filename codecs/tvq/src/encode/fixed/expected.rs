@@ -88,7 +88,7 @@ impl Expected {
     }
 }
 
-/// Blocks that train a table whose largest codebook has so many codewords.
+/// Number of training blocks of a table whose largest codebook has `size` codewords.
 pub fn training_blocks(work: &Work<'_>, size: usize) -> f64 {
     (work.options.training.training_blocks as f64 * (size as f64 / ENOUGH_FOR).clamp(1.0, MOST_TRAINING))
         .floor()

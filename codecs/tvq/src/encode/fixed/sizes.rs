@@ -90,7 +90,7 @@ impl Plan {
         let mut choices = [0, 1, 2].map(|p| self.choices(work, p));
         if let Shape::Best(count) = shape {
             for (p, choices) in choices.iter_mut().enumerate() {
-                // The first choice is no codebook.
+                // The first choice is to have no codebook.
                 choices.retain(|c| {
                     (c.size > 1) == (p < count) && (count == 3 || c.size as f64 * work.blocks() <= MOST_PAIRS)
                 });
@@ -178,7 +178,7 @@ fn codeword_bits(work: &Work<'_>) -> f64 {
     f64::from(VOXELS as u32 * work.entry_bits()) * work.tables()
 }
 
-/// Bits of a code of so many codewords.
+/// Bits of a code for `size` codewords.
 const fn width(size: usize) -> u32 {
     size.next_power_of_two().trailing_zeros()
 }

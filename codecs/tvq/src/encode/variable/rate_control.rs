@@ -16,7 +16,7 @@ pub enum Aim {
 /// Bits and error at a price.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Sum {
-    /// Of everything.
+    /// Bits of everything.
     pub bits: f64,
     /// Squared error of everything.
     pub error: f64,
@@ -25,7 +25,7 @@ pub struct Sum {
 /// Number of kept codebooks, price of a bit, and the resulting bits and error.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Settled {
-    /// The first so many.
+    /// Number of codebooks that are kept, from the first on.
     pub books: usize,
     /// Squared error per bit.
     pub price: f64,

@@ -161,7 +161,7 @@ fn widest(overview: &Overview<'_, '_>) -> u32 {
 #[derive(Copy, Clone, PartialEq)]
 enum Widths {
     All,
-    /// One, and those beside it.
+    /// One width, and its neighbours.
     Near,
     /// One.
     Given,
@@ -192,7 +192,7 @@ fn best_width(overview: &Overview<'_, '_>, begin: Point, widths: Widths) -> Resu
         for width in (first + 2..=widest).step_by(2) {
             error = at(width, error, &mut trials)?;
         }
-        // Narrower ones as long as they are better.
+        // Narrower widths while they are better.
         let mut width = first;
         while width > 2 && best_of(&trials).0 == width {
             width -= 2;

@@ -40,7 +40,7 @@ struct Beside {
     width: u32,
     /// Bits of all means.
     means: f64,
-    /// Blocks that each measured one stands for.
+    /// Number of blocks that each measured block represents.
     scale: f64,
 }
 
