@@ -8,7 +8,7 @@ use crate::conformance::decoded::Decoded;
 use crate::volume::{FrameIndex, Level};
 use probe::{Flaw, Probe};
 
-/// The battery finds `property` violated, and nothing else.
+/// The conformance tests find `property` violated, and nothing else.
 fn finds(flaw: Flaw, property: Property) {
     let report = run(&Probe::new(flaw), None);
     assert!(report.fails(property), "{flaw:?} went unnoticed");
