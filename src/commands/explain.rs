@@ -60,7 +60,7 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Says what a configuration would run.
+/// Prints what a configuration would run.
 ///
 /// # Errors
 /// When the configuration is wrong, or the device does not open.
@@ -113,7 +113,7 @@ fn print_table(title: &str, table: &Table) {
     }
 }
 
-/// Prints what the headers say; returns the layouts that are known.
+/// Prints the layouts in the headers. Returns the known ones.
 fn print_volumes(experiment: &Experiment) -> BTreeMap<String, VolumeLayout> {
     let mut known = BTreeMap::new();
     let mut rows = table(&["name", "voxels", "samples", "channels", "frames", "bytes"], &[3, 4, 5]);
@@ -171,7 +171,7 @@ fn print_cells(resolution: &Resolution) {
     }
 }
 
-/// The reasons, in the order in which they come up, each with how many combinations it rules out.
+/// Prints the reasons in order of appearance, each with the number of combinations that it rules out.
 fn print_refused(resolution: &Resolution) {
     let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
     for refusal in &resolution.refused {
@@ -251,7 +251,7 @@ fn print_memory(memory: &memory::Memory, target: &Target) {
     }
 }
 
-/// A row for each codec and its settings: what a run of them takes, what their trials took, and what these lack.
+/// A row for each codec with its settings: the time of a run, the time of the trials, and what the trials lack.
 fn print_shares(time: &time::Time, costs: &[Cost]) {
     let header = ["codec", "encode, decode", "draw", "tried for", "lacks", "settings"];
     let mut rows = table(&header, &[1, 2, 3]);
@@ -280,8 +280,8 @@ fn print_shares(time: &time::Time, costs: &[Cost]) {
     }
 }
 
-/// What holds volumes at a site, where that depends on codec and target: one line for each kind of texture, and below it
-/// which codecs, and of which volumes, have it.
+/// Prints what holds volumes at a site, if that depends on codec and target: one line for each kind of texture,
+/// followed by its codecs and volumes.
 fn print_holders(
     site: Site,
     resolution: &Resolution,
@@ -301,7 +301,7 @@ fn print_holders(
         return;
     }
     say!("\nsite {site}, on {}", target.name());
-    // Settings tell cells of one codec and volume apart where they have different textures.
+    // Settings are shown if cells of one codec and volume have different textures.
     let several = |of: &Cell| {
         let same = |c: &Cell| c.volume == of.volume && c.codec_label() == of.codec_label();
         distinct(found.iter().filter(|(_, c)| same(c)).map(|(texture, _)| texture.clone())).len() > 1
@@ -320,7 +320,7 @@ fn print_holders(
     }
 }
 
-/// Values in the order of their first appearance.
+/// The distinct values, in order of first appearance.
 fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
     let mut seen: Vec<String> = Vec::new();
     for value in values {

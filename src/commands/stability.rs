@@ -171,7 +171,7 @@ fn summary(args: &Args, folder: &Path, atlas: &Atlas, outcome: &Outcome, start: 
     say!("atlas: {}", folder.join("atlas.html").display());
     if outcome.missing > 0 {
         let command = machine::command_line();
-        // What was to be overwritten is gone.
+        // A later command needs no `--overwrite`: the old results are gone.
         let command = command.replace(" --overwrite", "");
         let resume = if args.resume { "" } else { " --resume" };
         eprintln!("interrupted: {} cells are left; go on with: {command}{resume}", outcome.missing);

@@ -9,9 +9,9 @@ use crate::experiment::records::record::{Record, Status};
 /// The same cell in two runs.
 #[derive(Copy, Clone, Debug)]
 pub struct Matched<'a> {
-    /// Of the first run.
+    /// The cell of the first run.
     pub first: &'a Record,
-    /// Of the other.
+    /// The cell of the other run.
     pub other: &'a Record,
 }
 

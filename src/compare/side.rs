@@ -68,7 +68,7 @@ impl Side {
         cells: Vec<(Identity, Record)>,
         scenes_by_name: bool,
     ) -> Self {
-        // Of what was merged, the run on this device.
+        // Of a merged folder, the run on this device.
         let part = p.parts.iter().find(|part| part.adapter == device && part.records > 0);
         let (version, git_hash, driver, cpu, cores, date) = part
             .map_or((&p.version, &p.git_hash, &p.driver, &p.cpu, p.cores, &p.date), |p| {

@@ -30,7 +30,7 @@ pub fn text(sides: &[Side], once: f64) -> String {
     out
 }
 
-/// What a run is called.
+/// Name of a run.
 pub(super) fn letter(i: usize) -> String {
     match u8::try_from(i) {
         Ok(i) if i < 26 => char::from(b'A' + i).to_string(),

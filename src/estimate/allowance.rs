@@ -1,4 +1,4 @@
-//! How long trials may take, and what they have taken.
+//! Time limits of trials.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,10 +7,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How long trials may take.
+/// Time limits of trials, and the time used.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Allowance {
-    /// All of one codec at one site; its encoding counts as a site.
+    /// Limit for one codec at one site. Encoding counts as a site.
     pub each: Duration,
     /// All together.
     pub all: Duration,
@@ -36,7 +36,7 @@ impl Spending {
         Self { allowance, all: Duration::ZERO, each: BTreeMap::new() }
     }
 
-    /// What one may still take.
+    /// Time left for one codec at one site.
     pub(super) fn left(&self, of: &str) -> Duration {
         let own = self.each.get(of).copied().unwrap_or_default();
         let left = self.allowance.each.saturating_sub(own);

@@ -1,4 +1,4 @@
-//! Trials that were made, each once, and none for longer than it may take.
+//! All trials. Each runs once, within its time limit.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
@@ -14,7 +14,7 @@ use super::trial::{Frames, SIDES, TRIAL_EDGE, Trial};
 use crate::registry::Names;
 use crate::site::target::Target;
 
-/// Less than this is no time for a trial.
+/// A trial with less time than this is not started.
 const LEAST: Duration = Duration::from_millis(20);
 
 /// How long the end of trials that are out of time is waited for. Lavapipe compiles the slowest shader that is known in a few
@@ -24,13 +24,13 @@ const LONGEST_WAIT: Duration = Duration::from_secs(60);
 /// What one trial took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
-    /// What records call the codec.
+    /// Label of the codec in records.
     pub codec: String,
     /// Its settings.
     pub settings: String,
     /// Wall seconds.
     pub seconds: f64,
-    /// What it lacks, as a sentence without its end: estimates that stand on it are too low.
+    /// What it lacks, as a sentence without its end. Estimates based on it are too low.
     pub lacks: Option<String>,
 }
 
@@ -41,7 +41,7 @@ pub struct Trials<'a> {
     spending: Spending,
     trials: BTreeMap<String, Result<Trial, String>>,
     frames: BTreeMap<String, Result<Frames, String>>,
-    /// The frames that were drawn last of a codec at a site.
+    /// The latest frame times of a codec at a site.
     at_site: BTreeMap<String, Frames>,
     costs: Vec<Cost>,
     /// Trials that did not end in their time.
@@ -49,13 +49,13 @@ pub struct Trials<'a> {
 }
 
 impl<'a> Trials<'a> {
-    /// None yet; nobody is told what is tried.
+    /// No trials yet, and no reports.
     #[must_use]
     pub fn new(names: &'a Names, allowance: Allowance) -> Self {
         Self::reporting(names, allowance, &|_| {})
     }
 
-    /// None yet; `report` is told what is about to be tried.
+    /// No trials yet. `report` is called before each trial.
     #[must_use]
     pub fn reporting(names: &'a Names, allowance: Allowance, report: &'a dyn Fn(&str)) -> Self {
         Self {
@@ -70,7 +70,7 @@ impl<'a> Trials<'a> {
         }
     }
 
-    /// What was tried, and what it took.
+    /// The trials and their times.
     #[must_use]
     pub fn costs(&self) -> &[Cost] {
         &self.costs
@@ -113,8 +113,8 @@ impl<'a> Trials<'a> {
         trial
     }
 
-    /// What frames of a cell take. Scenes that differ in size, camera or colours share a measurement; where there was no
-    /// time for one, other frames of the codec at this site stand in for it.
+    /// Frame times of a cell. Scenes that differ in size, camera or colours share a measurement. If there was no time
+    /// for one, other frame times of the codec at this site replace it.
     ///
     /// # Errors
     /// As [`Trials::of`], and when the target refuses.

@@ -1,4 +1,4 @@
-//! Every chart as files beside the report: `charts/<name>.svg` to be shown, `charts/<name>.csv` to be drawn anew.
+//! Every chart as files next to the report: `charts/<name>.svg` to show, `charts/<name>.csv` to redraw.
 
 use super::ReportError;
 use super::chart::{Chart, Point};

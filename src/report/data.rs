@@ -1,4 +1,4 @@
-//! What the page's script draws from: records as JSON that no text of theirs can break out of.
+//! Data of the page's script: records as JSON. No text in them can leave the JSON.
 
 use serde::Serialize;
 

@@ -43,7 +43,7 @@ pub(super) fn cell_id(record: &Record) -> Option<String> {
 /// The command that yields this record again, given the run's files and environment.
 pub(super) fn command(record: &Record, provenance: &Provenance) -> Option<String> {
     let id = cell_id(record)?;
-    // Of what was merged, a run on the same device.
+    // Of a merged folder, a run on the same device.
     let runs = || provenance.parts.iter().filter(|part| part.records > 0);
     let part = runs().find(|part| part.adapter == record.device).or_else(|| runs().next());
     let line = part.map_or(&provenance.command_line, |part| &part.command_line);

@@ -1,4 +1,4 @@
-//! The full table: every field of a record but its pictures, which stand in their own section.
+//! The full table: every field of a record except its pictures, which have their own section.
 
 use minijinja::{Value, context};
 
@@ -32,7 +32,7 @@ const READING: &[&str] = &[
 /// The first column of speed.
 const SPEED: &str = "relative_frame_time";
 
-/// What a column says of a record.
+/// A record's value in a column.
 fn text(column: &Column, record: &Record, labels: &Labels) -> String {
     match (column.shown.format, (column.value)(record)) {
         (Format::Settings, _) => some(Some(labels.settings(record).as_str()).filter(|text| !text.is_empty())),

@@ -1,4 +1,4 @@
-//! What the atlas will measure: codecs with settings, subjects with the steps of their dials, scenes.
+//! The plan of the atlas: codecs with settings, subjects with their dial steps, scenes.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A device that is lost in the middle of a run costs the cell that ran, and no other.
+//! A device that is lost during a run costs the running cell, and no other.
 
 use std::cell::{Cell, RefCell};
 use std::path::Path;
@@ -45,7 +45,7 @@ transfer_function_domain = "range"
 transfer_function = [[0.0, "#00000000"], [1.0, "#ffffffff"]]
 "##;
 
-/// What becomes of a lost device.
+/// What happens to a lost device.
 #[derive(Copy, Clone, PartialEq)]
 enum Then {
     Back,
@@ -53,8 +53,8 @@ enum Then {
     OnlyTheMirror,
 }
 
-/// Runs the experiment, and loses the device whenever `loses` holds for the cell that begins. Also tells how often
-/// it was to be opened anew.
+/// Runs the experiment, and loses the device whenever `loses` holds for the cell that begins. Also returns how often it
+/// was reopened.
 fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usize) {
     let names = Names::new().unwrap();
     let experiment = Document::parse("lost.toml", CONFIG).unwrap().experiment(&names.known()).unwrap();

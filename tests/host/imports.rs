@@ -1,4 +1,4 @@
-//! No circles of imports: a file that another one uses does not use that one in turn, however many lie between them.
+//! No circles of imports: no two files of a crate use each other, directly or through others.
 
 mod modules;
 
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use modules::read_crate;
 
-/// The circles: sets of files each of which depends, by whatever way, on every other of its set.
+/// The circles: sets of files in which each file depends, directly or indirectly, on all others.
 fn circles<'a>(of: &BTreeMap<&'a Path, BTreeSet<&'a Path>>) -> Vec<BTreeSet<&'a Path>> {
     let reach = |from: &'a Path| {
         let mut seen: BTreeSet<&Path> = BTreeSet::new();
@@ -27,7 +27,7 @@ fn circles<'a>(of: &BTreeMap<&'a Path, BTreeSet<&'a Path>>) -> Vec<BTreeSet<&'a 
     found
 }
 
-/// The crates of the workspace, each by the file in which it begins.
+/// The crates of the workspace, each by its root file.
 fn crates() -> Vec<String> {
     let pattern = |pattern: &str| glob::glob(&format!("{}/{pattern}", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let all = [
@@ -41,7 +41,7 @@ fn crates() -> Vec<String> {
     found.collect()
 }
 
-/// A circle as a message: each file, and which others of the circle it uses.
+/// A circle as a message: each file, and the files of the circle that it uses.
 fn described(circle: &BTreeSet<&Path>, of: &BTreeMap<&Path, BTreeSet<&Path>>) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let short = |path: &Path| path.strip_prefix(root).unwrap_or(path).display().to_string();
@@ -66,7 +66,7 @@ fn no_files_use_each_other() {
     assert!(problems.is_empty(), "circles of imports:\n{}", problems.join("\n\n"));
 }
 
-/// The circles of a crate that is made of these files.
+/// The circles of a crate that consists of these files.
 fn circles_of(files: &[(&str, &str)]) -> Vec<Vec<String>> {
     let text = |path: &Path| {
         let found = files.iter().find(|(name, _)| Path::new(name) == path);

@@ -1,4 +1,5 @@
-//! The stability atlas: what `cvr stability --quick` measures, all of it; runs that stop and go on; a codec that lies.
+//! The stability atlas: all measurements of `cvr stability --quick`; runs that stop and resume; a codec that breaks its
+//! promise.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -33,7 +34,7 @@ generations = 2
 encoder_subjects = ["noise"]
 "#;
 
-/// A plan over some subjects and codecs of the program, smaller than anyone would measure them.
+/// A plan over some subjects and codecs, smaller than a useful measurement.
 fn plan(subjects: &[&str], ids: &[&str]) -> Plan {
     let text = format!("subjects = {subjects:?}\n{CONFIG}");
     let ids: Vec<String> = ids.iter().map(|id| (*id).to_owned()).collect();

@@ -6,14 +6,14 @@ use crate::{Nearest, Vectors};
 /// The vectors of each codeword.
 #[derive(Clone, Debug)]
 pub struct Cells {
-    /// Numbers of vectors, ascending within a cell, cell after cell.
+    /// Indices of vectors, ascending within a cell, cell after cell.
     order: Vec<u32>,
-    /// Where each cell begins, and the end.
+    /// Start of each cell, and the end of the last.
     starts: Vec<usize>,
 }
 
 impl Cells {
-    /// Of `size` codewords.
+    /// Cells of `size` codewords.
     pub fn new(nearest: &[Nearest], size: usize) -> Self {
         let mut starts = vec![0; size + 1];
         nearest.iter().for_each(|n| starts[n.index as usize + 1] += 1);
@@ -30,7 +30,7 @@ impl Cells {
         Self { order, starts }
     }
 
-    /// Numbers of the vectors of codeword `k`, ascending.
+    /// Indices of the vectors of codeword `k`, ascending.
     pub fn members(&self, k: usize) -> &[u32] {
         &self.order[self.starts[k]..self.starts[k + 1]]
     }
@@ -40,7 +40,7 @@ impl Cells {
         self.members(k).iter().map(|i| vectors.weight(*i as usize) * nearest[*i as usize].distance).sum()
     }
 
-    /// Weighted mean of a cell that has members.
+    /// Weighted mean of a cell. The cell must have members.
     pub fn mean(&self, k: usize, vectors: &Vectors) -> Vec<f64> {
         wide(|| {
             let mut sums = vec![0.0; vectors.dimension()];
@@ -57,7 +57,7 @@ impl Cells {
         })
     }
 
-    /// The member that adds most to the distortion; of several the first.
+    /// The member that adds most to the distortion, the first of equals.
     pub fn worst(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> Option<usize> {
         let share = |i: &u32| vectors.weight(*i as usize) * nearest[*i as usize].distance;
         let worst = self.members(k).iter().rev().max_by(|a, b| share(a).total_cmp(&share(b)));

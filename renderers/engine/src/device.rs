@@ -1,4 +1,4 @@
-//! An adapter that is open: what is asked of it, and what it can do.
+//! An open adapter: its requested features and its capabilities.
 
 use std::sync::{Arc, OnceLock};
 
@@ -10,8 +10,8 @@ use crate::{Capabilities, DeviceInfo};
 
 /// An open device. Clones share it.
 ///
-/// On GL only one thread at a time may use it, also to drop what lies on it: wgpu 30 panics in a thread that has waited for the
-/// context for six seconds, which a large shader takes to compile in another.
+/// On GL, only one thread at a time may use it or drop its resources. wgpu 30 panics in a thread that waits six seconds
+/// for the context, and compiling a large shader in another thread takes longer.
 #[derive(Clone, Debug)]
 pub struct Device {
     open: Arc<Open>,
@@ -55,21 +55,21 @@ impl Device {
         Self { open: Arc::new(open), limits: self.limits }
     }
 
-    /// The same device, to be used as if its texture units decoded no blocks: the fallback can so be tried on any device.
+    /// The same device, used as if its texture units decoded no blocks. The fallback can thus be tested on any device.
     #[must_use]
     pub fn without_block_textures(&self) -> Self {
         let bc_sliced_3d = Err(crate::BlockFallback::NotDecoded);
         self.with_capabilities(Capabilities { bc_sliced_3d, ..self.capabilities().clone() })
     }
 
-    /// The same device with all that its driver claims, whatever was found when it was opened.
+    /// The same device with all capabilities that its driver claims, regardless of the probes.
     #[cfg(test)]
     pub(crate) fn as_claimed(&self) -> Self {
         self.with_capabilities(Capabilities::of(self.wgpu()))
     }
 
-    /// The same device, to be used as if it bound no more than `limits`: what a codec's buffers look like on a
-    /// lesser device can so be tried on this one. Limits above its own, or of no word at all, are clamped.
+    /// The same device, used as if its binding limits were `limits`. Buffers of a smaller device can thus be tested.
+    /// Limits above its own, or of zero words, are clamped.
     #[must_use]
     pub fn with_binding_limits(&self, limits: BindingLimits) -> Self {
         let own = self.open.capabilities.binding_limits();
@@ -80,13 +80,13 @@ impl Device {
         Self { open: Arc::clone(&self.open), limits }
     }
 
-    /// What the adapter says of itself.
+    /// Description of the adapter.
     #[must_use]
     pub fn info(&self) -> &DeviceInfo {
         &self.open.info
     }
 
-    /// What it can do, as far as drawing is concerned.
+    /// Its capabilities for drawing.
     #[must_use]
     pub fn capabilities(&self) -> &Capabilities {
         &self.open.capabilities

@@ -1,5 +1,4 @@
-//! Shaders and pipelines that a device has made, kept for whatever asks for the same again: another view, another frame,
-//! another scene.
+//! Shaders and pipelines of a device, kept for equal requests: another view, another frame, another scene.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -8,10 +7,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use cvr_core::shader::{Binding, Draft, GeneratedShader};
 
-/// Shaders, and pipelines, that a device keeps at most; of more, those go that have not been asked for longest.
+/// Largest number of shaders, and of pipelines, that a device keeps. The least recently used ones are dropped.
 const MOST_KEPT: usize = 64;
 
-/// What a device keeps.
+/// Shaders and pipelines that a device keeps.
 #[derive(Debug, Default)]
 pub(crate) struct Pipelines {
     shaders: Mutex<Recent<Draft, Arc<GeneratedShader>>>,
@@ -19,7 +18,7 @@ pub(crate) struct Pipelines {
     made: AtomicU64,
 }
 
-/// What a pipeline is made of.
+/// The parts that determine a pipeline.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Key {
     pub(crate) wgsl: String,
@@ -33,7 +32,7 @@ pub(crate) struct Key {
 pub(crate) enum Target {
     /// Dispatches.
     Compute,
-    /// Triangles that are blended into a picture of this format.
+    /// Triangles, blended into a picture of this format.
     Blend { vertex: &'static str, format: wgpu::TextureFormat },
 }
 
@@ -41,7 +40,7 @@ pub(crate) enum Target {
 #[derive(Debug)]
 pub(crate) struct Compiled {
     pub(crate) bindings: Vec<Binding>,
-    /// Of each group of bindings.
+    /// One for each group of bindings.
     pub(crate) layouts: Vec<wgpu::BindGroupLayout>,
     pub(crate) pipeline: Executable,
 }
@@ -105,7 +104,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Values by their keys, [`MOST_KEPT`] of them at most.
+/// Values by their keys, at most [`MOST_KEPT`].
 #[derive(Debug)]
 struct Recent<K, V> {
     kept: HashMap<K, (V, u64)>,

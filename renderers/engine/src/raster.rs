@@ -9,7 +9,7 @@ use crate::bindings::{Bound, Parts, Supplies};
 use crate::pipelines::Target;
 use crate::{Device, EngineError};
 
-/// A render pipeline, what is bound to it, and the triangles that it draws.
+/// A render pipeline, its bindings, and its triangles.
 #[derive(Debug)]
 pub(crate) struct BoundRaster {
     bound: Bound,
@@ -26,7 +26,7 @@ pub(crate) fn target_format(device: &Device, blending: Blending) -> wgpu::Textur
 }
 
 impl BoundRaster {
-    /// The pipeline of `shader`, which holds both entry points, what it reads and draws, and everything bound.
+    /// The pipeline of `shader`, which holds both entry points, with its data and triangles, and everything bound.
     pub(crate) fn new(
         device: &Device,
         (proxies, vertices): (Proxies, &[ProxyVertex]),
@@ -76,7 +76,7 @@ impl BoundRaster {
         self.draw_instance(pass, 0..self.count, 0);
     }
 
-    /// Records some of the triangles, as this instance.
+    /// Records some of the triangles, with this instance index.
     pub(crate) fn draw_instance(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Range<u32>, instance: u32) {
         let Some(buffer) = self.corners.as_ref().filter(|_| self.count > 0) else { return };
         self.bound.set(pass);

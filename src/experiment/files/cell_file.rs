@@ -1,4 +1,4 @@
-//! `cells/<id>.json`: one record, and what tells whether it may stand for a run of its cell.
+//! `cells/<id>.json`: one record, and the key that decides whether it may replace a run of its cell.
 //!
 //! The file is the record as `results.json` holds it, with four fields more: `key` ([`crate::experiment::identity::key`]), `pictures`
 //! (BLAKE3 of every file that belongs to it, its references among them), `not_finite` (values that JSON
@@ -70,8 +70,7 @@ pub struct CellFile<R = Record> {
     /// Columns whose value is infinite or no number, as text.
     #[serde(default)]
     not_finite: BTreeMap<String, String>,
-    /// Whether the file carries a digest. Those of version 0.1.0 do not, and nothing tells whether they are as they were
-    /// written.
+    /// Whether the file carries a digest. Files of version 0.1.0 do not, so it is unknown whether they were changed.
     #[serde(skip)]
     pub sealed: bool,
 }
@@ -129,7 +128,7 @@ impl<R: Keyed> CellFile<R> {
         out.write(&format!("{CELLS}/{id}.json"), &self.bytes())
     }
 
-    /// Reads a file that is as it was written, as far as it tells.
+    /// Reads a file, and checks by its digest, if it has one, that it is unchanged.
     ///
     /// # Errors
     /// When there is none, it is no record, or its digest is not that of the rest.

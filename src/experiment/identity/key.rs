@@ -96,7 +96,7 @@ pub fn hash_of(inputs: &impl Serialize) -> String {
     blake3::hash(&text).to_hex().to_string()
 }
 
-/// The layout, and how many samples were rounded, which records tell.
+/// The layout, and the number of rounded samples, which records contain.
 fn layout_of(volume: &LoadedVolume) -> String {
     let layout = format!("{:?}", volume.volume.layout());
     match volume.volume.replaced().rounded {

@@ -95,7 +95,7 @@ fn look(
     Ok(())
 }
 
-/// The remark on frames of which a thumbnail shows nothing.
+/// The remark on frames whose thumbnail shows nothing.
 fn thumbnails(scene: &Scene, volume: &FiniteVolume) -> Result<Option<String>, String> {
     let renderer = renderer("raycasting")?;
     let layout = volume.layout();

@@ -16,7 +16,7 @@ pub struct Labels {
 struct Of {
     /// Settings that all cells share, as written.
     shared: Vec<String>,
-    /// Those settings that make another method of it, of which there is more than one value.
+    /// Settings that make another method and have more than one value.
     methods: BTreeSet<String>,
 }
 

@@ -1,5 +1,5 @@
-//! How the values of a column in the frames of a cell become the cell's own. Each takes the cell's value and those of its
-//! frames, of which there are several.
+//! Pooling: how a cell's value of a column is computed from its frames. Each function takes the cell's value and those of
+//! its frames, at least two.
 
 use std::ops::Add;
 

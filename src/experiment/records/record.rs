@@ -227,8 +227,8 @@ impl Record {
         self.visible_pixels == Some(0)
     }
 
-    /// Bits per voxel of what the codec wrote, without the file's header. Records of versions that did not tell them
-    /// apart have those of the whole file.
+    /// Bits per voxel of the payload: the file without its header. Records of versions that did not distinguish the two
+    /// have those of the whole file.
     #[must_use]
     pub fn payload_bits_per_voxel(&self) -> Option<f64> {
         let payload = self.payload_bytes.filter(|_| self.voxels > 0);

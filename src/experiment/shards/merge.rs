@@ -83,7 +83,7 @@ impl Source {
         Ok(Self { folder: folder.to_owned(), results, cells })
     }
 
-    /// Records that carry no digest, so that nothing tells whether they are as they were written: those of version 0.1.0.
+    /// Number of records without a digest (those of version 0.1.0). It is unknown whether they were changed.
     #[must_use]
     pub fn unsealed(&self) -> usize {
         self.cells.iter().filter(|entry| !entry.file.sealed).count()
@@ -149,7 +149,7 @@ pub fn merge(mut sources: Vec<Source>, order: &[CellIdentity]) -> Result<Merged,
 }
 
 impl Merged {
-    /// Cells of `order` of which no folder has a record.
+    /// Number of cells of `order` without a record in any folder.
     #[must_use]
     pub fn missing(&self, order: &[CellIdentity]) -> usize {
         let known: BTreeSet<CellIdentity> = self.entries.iter().map(|e| of_record(&e.file.record)).collect();

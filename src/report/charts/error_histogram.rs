@@ -119,8 +119,8 @@ fn same_rate<'a>(cells: &[Setting<'a>]) -> Option<([f64; 2], Vec<Setting<'a>>)> 
     Some(([rates().fold(f64::INFINITY, f64::min), rates().fold(0.0, f64::max)], chosen))
 }
 
-/// The rows of a record's histogram; `None` where there is no such file. Only what lies below the report is read: a record
-/// is data.
+/// The rows of a record's histogram. `None` if there is no such file. Only files below the report are read, because a
+/// record is data.
 fn read(dir: &Path, record: &Record) -> Option<Vec<Row>> {
     let path = Path::new(record.error_histogram.as_deref()?);
     let below = path.starts_with(ERRORS) && path.components().all(|c| matches!(c, Component::Normal(_)));
@@ -329,7 +329,7 @@ mod tests {
             "{note}"
         );
         let rows = drawing.sheet.unwrap().rows;
-        // Of vq, in bins of two: −4..−2, −2..0, 0..2, 4..6.
+        // For vq, in bins of two: −4..−2, −2..0, 0..2, 4..6.
         let told: Vec<(&str, &str, &str)> = rows
             .iter()
             .filter(|r| r[1] == "vq")

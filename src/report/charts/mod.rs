@@ -83,7 +83,7 @@ impl List {
     }
 }
 
-/// What a chart is about.
+/// Subject of a chart.
 #[derive(Copy, Clone, Default)]
 struct Subject<'a> {
     volume: Option<&'a str>,

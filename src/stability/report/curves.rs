@@ -21,7 +21,7 @@ pub struct Curve {
 struct Series(Vec<(String, String)>);
 
 impl Series {
-    /// Of pairs of codec and label.
+    /// Curves by pair of codec and label.
     fn of<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> Self {
         let mut all: Vec<(String, String)> = pairs.map(|(c, l)| (c.to_owned(), l.to_owned())).collect();
         all.sort();

@@ -1,5 +1,5 @@
-//! Results and records, tampered with: no report, comparison or merging panics, and no record is taken over that is not
-//! what was written.
+//! Tampered results and records: no report, comparison or merge panics, and a record is taken over only if it is
+//! unchanged.
 
 use std::path::Path;
 
@@ -47,7 +47,7 @@ fn run() -> Folder {
     folder
 }
 
-/// A JSON file with edits: of values, or of bytes.
+/// A JSON file with edits of values or bytes.
 fn edited(dice: &mut Dice, whole: &[u8]) -> Vec<u8> {
     if dice.below(4) == 0 {
         let mut file = whole.to_vec();
@@ -108,7 +108,7 @@ fn no_record_makes_merging_panic() {
     });
 }
 
-/// Records as resuming takes them over, from their own file and under their key: each is what was written.
+/// Records as resuming takes them over, from their own file and with their key: each is unchanged.
 fn taken_over(a: &Path, cells: &[String], whole: &[Vec<u8>]) -> Result<(), String> {
     for (name, whole) in cells.iter().zip(whole) {
         let stem = Path::new(name).file_stem().unwrap().to_str().unwrap();

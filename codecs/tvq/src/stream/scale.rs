@@ -1,5 +1,5 @@
-//! What an entry of a codebook counts: an integer of four significant bits, so that the largest entry of a codebook comes
-//! near the largest code whatever it is.
+//! The scale of a codebook's entries: an integer with four significant bits, so that any largest entry comes near the
+//! largest code.
 
 use super::geometry::VALUE_BITS;
 
@@ -22,7 +22,7 @@ impl Scale {
     /// One unit of the sums.
     pub const ONE: Self = Self { exponent: 0, fraction: 0 };
 
-    /// The least scale at which codes of so many bits reach up to `largest`, in units of the sums, or else the greatest.
+    /// The least scale at which codes of `bits` bits reach `largest`, in units of the sums. Else the greatest scale.
     #[must_use]
     pub fn reaching(bits: u32, largest: f64) -> Self {
         let top = f64::from((1_u32 << (bits - 1)) - 1);
@@ -34,7 +34,7 @@ impl Scale {
         all.find(reaches).unwrap_or(greatest)
     }
 
-    /// Most that an exponent may be: sums of all codebooks stay within 32 bits.
+    /// Largest exponent. With it, sums of all codebooks stay within 32 bits.
     const fn most_exponent(entry_bits: u32) -> u32 {
         26 - VALUE_BITS - if entry_bits == 16 { 7 } else { 0 }
     }
@@ -62,7 +62,7 @@ impl Scale {
         }
     }
 
-    /// Whether entries of so many bits may have it.
+    /// Whether entries of `entry_bits` bits may have it.
     #[must_use]
     pub const fn fits(self, entry_bits: u32) -> bool {
         self.exponent <= Self::most_exponent(entry_bits)
@@ -85,7 +85,7 @@ mod tests {
         assert_eq!(Scale::reaching(16, 1e9).units(), 15);
     }
 
-    /// Forms of version 1 have no fraction: their scales are powers of two.
+    /// Forms of version 1 have no fraction. Their scales are powers of two.
     #[test]
     fn a_form_holds_a_scale() {
         for exponent in 0..=10 {

@@ -1,5 +1,5 @@
-//! What a configuration may hold, as one table: every key with its type, unit, range, default and meaning. This file has
-//! the configuration as a whole, `[experiment]` and `[pipeline]`.
+//! The table of all keys of a configuration, with type, unit, range, default and meaning. This file holds the whole
+//! configuration, `[experiment]` and `[pipeline]`.
 
 mod codecs;
 pub mod number;
@@ -71,7 +71,7 @@ pub(super) fn experiment() -> Table {
     Table::new("Name and seed of the experiment.", keys)
 }
 
-/// The settings of all renderers, each with the renderers that have it.
+/// The settings of all renderers, each with the renderers that use it.
 fn renderer_settings<'a>(known: &Known<'a>) -> Vec<(&'a Setting, Vec<String>)> {
     let mut all: Vec<(&Setting, Vec<String>)> = Vec::new();
     for info in known.renderers {
@@ -128,7 +128,7 @@ fn pipeline(known: &Known<'_>) -> Table {
         let shape = Shape::Sweep(Box::new(Shape::Setting(setting.kind)));
         let doc = format!("Of renderer {}: {}", owners.join(", "), setting.doc);
         match named.iter_mut().zip(&mut keys[own..]).find(|((name, _), _)| name == setting.name) {
-            // One name for two things: what is allowed depends on the renderers that are named.
+            // Two renderers use one name for different settings. The named renderers decide which values are allowed.
             Some(((_, all), key)) => {
                 let first = std::mem::replace(&mut key.shape, Shape::Boolean);
                 key.shape = Shape::Any(vec![first, shape]);

@@ -1,4 +1,4 @@
-//! `[pipeline]`: axes that every renderer has, and settings of the renderers that are named.
+//! `[pipeline]`: axes that every renderer has, and settings of the named renderers.
 
 use std::collections::HashSet;
 
@@ -14,7 +14,7 @@ use crate::render::{Filter, RendererInfo};
 const STAGES: &str = "an integer from 1 to 254, or \"all\"";
 const RESOLUTION: &str = "an integer from 0 to 32";
 
-/// `max_cells` bounds what settings of a renderer are multiplied out to.
+/// `max_cells` bounds the number of combinations of a renderer's settings.
 pub(super) fn read(
     node: &Node,
     known: &Known<'_>,
@@ -24,7 +24,7 @@ pub(super) fn read(
     let fields = Fields::open("the pipeline", node)?;
     let named = match fields.get("renderer") {
         Some(node) => named(node, known)?,
-        // Which renderer is meant, that must be said first; unless its key is mistyped.
+        // Without `renderer`, only a mistyped key is reported before the missing one.
         None => known.renderers.to_vec(),
     };
     check_keys(&fields, &named, known)?;
@@ -57,7 +57,7 @@ pub(super) fn read(
     })
 }
 
-/// How many stages are decoded; `None` for all.
+/// Number of stages to decode. `None` for all.
 fn stages(node: &Node) -> Result<Option<u8>, Diagnostic> {
     match &node.value {
         Value::Text(text) if text == ALL_STAGES => Ok(None),
@@ -80,7 +80,7 @@ fn named(node: &Node, known: &Known<'_>) -> Result<Vec<&'static RendererInfo>, D
     Ok(named.into_iter().filter_map(is_named).collect())
 }
 
-/// Refuses the first key that neither the pipeline nor a named renderer has.
+/// Refuses the first key that belongs neither to the pipeline nor to a named renderer.
 fn check_keys(
     fields: &Fields<'_>,
     named: &[&'static RendererInfo],
@@ -108,7 +108,7 @@ fn setting_of<'a>(info: &'a RendererInfo, entry: &Entry) -> Option<&'a Setting> 
     info.settings.iter().find(|setting| setting.name == entry.key)
 }
 
-/// The labels of a renderer under all values of those of its settings that are written.
+/// The labels of a renderer under all values of its settings in the configuration.
 fn labels(
     fields: &Fields<'_>,
     info: &RendererInfo,

@@ -62,7 +62,7 @@ fn generated_source(
     })
 }
 
-/// The files of `files`, at least one. One may be listed twice: its frames are then shown twice.
+/// The files of `files`, at least one. A file may be listed twice; its frames then appear twice.
 fn sequence(list: &Node) -> Result<Vec<FilePath>, Diagnostic> {
     let items = list.list("a list of paths")?;
     if items.is_empty() {
