@@ -91,7 +91,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     Ok(if failed > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
 }
 
-/// The cells of an experiment in their order, where this version still reads its configuration.
+/// The cells of an experiment in order, if this version can read its configuration.
 fn order(provenance: &Provenance) -> Option<Vec<CellIdentity>> {
     let names = Names::new().ok()?;
     let mut document = Document::parse("the results' configuration", &provenance.config).ok()?;

@@ -21,7 +21,7 @@ const LEAST: Duration = Duration::from_millis(20);
 /// seconds.
 const LONGEST_WAIT: Duration = Duration::from_secs(60);
 
-/// What one trial took.
+/// Times of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
     /// Label of the codec in records.

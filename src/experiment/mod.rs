@@ -1,4 +1,4 @@
-//! Experiments: cells run one by one, and the files in which their results last.
+//! Experiments: cells run one by one, and the files of their results.
 
 pub mod files;
 pub mod identity;

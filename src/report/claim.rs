@@ -26,7 +26,7 @@ pub fn claim(provenance: &Provenance, cells: impl IntoIterator<Item = String>, r
     }
 }
 
-/// The files of a folder that holds results of such a version; `None` where there is no `results.json`.
+/// The files of a folder with results of such a version. `None` if there is no `results.json`.
 fn earlier(folder: &Path) -> Option<Earlier> {
     let Results { provenance, records, .. } = Results::read(&folder.join("results.json")).ok()?;
     let mut names: BTreeSet<String> = ["results.json", "results.csv", PAGE].map(str::to_owned).into();

@@ -50,8 +50,8 @@ impl CodecInfo {
         settings.complete_by(&format!("codec `{}`", self.id), self.settings)
     }
 
-    /// Whether its volumes can be decoded at a site. A shader that decodes one voxel decodes a whole frame too, in a pass
-    /// that calls it for every voxel.
+    /// Whether volumes of this codec can be decoded at `site`. A shader that decodes one voxel also decodes a whole
+    /// frame: a pass calls it for every voxel.
     #[must_use]
     pub fn offers(&self, site: Site) -> bool {
         let can = |by| self.decoded_by.contains(&by);

@@ -14,12 +14,12 @@ use resident::{Resident, resident, rewritten};
 use crate::pipelines::{Compiled, Executable, Target};
 use crate::{Device, EngineError, VolumeTexture};
 
-/// What the bindings of a shader may hold. What the shader does not list need not be there.
+/// Contents for the bindings of a shader. Unused ones may be missing.
 #[derive(Copy, Clone, Default)]
 pub(crate) struct Supplies<'a> {
     /// Contents of variables.
     pub(crate) inputs: &'a [Contents],
-    /// Storage buffers that are there already, by the names of their variables.
+    /// Existing storage buffers, by the names of their variables.
     pub(crate) storage: &'a [(&'static str, &'a wgpu::Buffer)],
     /// The codec's buffers.
     pub(crate) buffers: &'a [Resource<'a>],
@@ -33,17 +33,17 @@ pub(crate) struct Supplies<'a> {
 /// them.
 pub(crate) type Parts = BTreeMap<(usize, u64), wgpu::Buffer>;
 
-/// A pipeline and what is bound to it.
+/// A pipeline and its bindings.
 #[derive(Debug)]
 pub(crate) struct Bound {
     compiled: Arc<Compiled>,
-    /// What each binding of the shader holds.
+    /// The content of each binding of the shader.
     residents: Vec<Resident>,
     groups: Vec<wgpu::BindGroup>,
 }
 
 impl Bound {
-    /// Compiles `shader`, unless that has been done before, uploads what it reads, and binds everything.
+    /// Compiles `shader` unless it is kept, uploads its data, and binds everything.
     pub(crate) fn new(
         device: &Device,
         shader: &GeneratedShader,
@@ -60,7 +60,7 @@ impl Bound {
         Ok(Self { compiled, residents, groups })
     }
 
-    /// Uploads other contents of variables.
+    /// Uploads new contents of variables.
     pub(crate) fn set_inputs(&mut self, device: &Device, inputs: &[Contents]) -> Result<(), EngineError> {
         let Self { compiled, residents, groups: bound } = self;
         device.guarded("uploading what a shader reads", || {
@@ -78,7 +78,7 @@ impl Bound {
         })
     }
 
-    /// Writes one uniform, if the shader has it. Call it inside of a guard.
+    /// Writes one uniform, if the shader has it. Call it inside a guard.
     pub(crate) fn write_uniform(&self, device: &Device, name: &str, bytes: &[u8]) {
         for (binding, resident) in self.compiled.bindings.iter().zip(&self.residents) {
             if let (BindingKind::Uniforms(members), Resident::Buffer(buffer)) = (&binding.kind, resident) {
@@ -117,7 +117,7 @@ impl Bound {
     }
 }
 
-/// Fails where a device does not dispatch so many workgroups.
+/// Fails if a device cannot dispatch this many workgroups.
 pub(crate) fn check_workgroups(device: &Device, what: &str, workgroups: [u32; 3]) -> Result<(), EngineError> {
     let most = workgroups.into_iter().max().unwrap_or(0);
     let limit = device.capabilities().workgroups_per_axis;

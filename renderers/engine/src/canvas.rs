@@ -123,7 +123,7 @@ impl Canvas {
     }
 }
 
-/// Begins a pass that blends into a picture, or first makes it transparent.
+/// Begins a pass that blends into a picture. With `clear` the picture is made transparent first.
 pub(crate) fn blend<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     view: &wgpu::TextureView,

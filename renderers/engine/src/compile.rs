@@ -9,12 +9,12 @@ use crate::pipelines::{Compiled, Executable, Key, Target};
 use crate::{Device, EngineError};
 
 impl Device {
-    /// The shader of a request: one that was made before, if there is one.
+    /// The shader of a request. An existing one is reused.
     pub(crate) fn shader(&self, request: &Request<'_>) -> Result<Arc<GeneratedShader>, ShaderError> {
         self.pipelines().shader(draft(request)?, || generate(request))
     }
 
-    /// The pipeline of a shader: one that was made before, if there is one.
+    /// The pipeline of a shader. An existing one is reused.
     pub(crate) fn compiled(
         &self,
         shader: &GeneratedShader,
@@ -25,13 +25,13 @@ impl Device {
         self.pipelines().compiled(key, || compile(self, shader, target))
     }
 
-    /// Pipelines that this device has compiled so far. What it took from those that it keeps does not count.
+    /// Number of pipelines that this device has compiled. Reused ones do not count.
     #[must_use]
     pub fn pipelines_compiled(&self) -> u64 {
         self.pipelines().made()
     }
 
-    /// Forgets shaders and pipelines, so that the next of each is compiled: for measurements of that.
+    /// Drops kept shaders and pipelines, so that compile times can be measured.
     pub fn forget_pipelines(&self) {
         self.pipelines().forget();
     }

@@ -40,7 +40,7 @@ impl Device {
         Self { open: Arc::new(open), limits }
     }
 
-    /// The same device under other capabilities, as a device of its own to everything but the driver.
+    /// The same device with other capabilities. Only the driver is shared.
     pub(crate) fn with_capabilities(&self, capabilities: Capabilities) -> Self {
         let Open { device, queue, info, reports, .. } = &*self.open;
         let open = Open {

@@ -4,13 +4,13 @@ use crate::adapter::{NATIVE, adapters, all_adapters, choose};
 use crate::{Device, DeviceChoice, DeviceInfo, EngineError, probes};
 
 impl Device {
-    /// Opens an adapter with all its limits and those optional features that this crate uses, and tries the ones that
-    /// drivers are known to offer without having them.
+    /// Opens an adapter with all its limits and the optional features that this crate uses. Tests those features that
+    /// some drivers claim but do not implement.
     ///
     /// # Errors
     /// [`EngineError::NoAdapter`] when none fits, [`EngineError::Gpu`] when the driver refuses to open it.
     pub fn open(choice: &DeviceChoice) -> Result<Self, EngineError> {
-        // Places are those of the whole list; else GL is asked only when nothing better fits.
+        // Indices refer to the whole list. Otherwise GL is queried only if nothing better fits.
         let mut candidates = match choice {
             DeviceChoice::Index(_) => all_adapters(),
             DeviceChoice::Backend(backend) => adapters(backend.flag()),

@@ -86,8 +86,8 @@ fn copies_slices(device: &Device, values: &[f32]) -> Result<bool, EngineError> {
 }
 
 impl Device {
-    /// Whether sums can be blended in single precision: the driver says so, and did it once, when this was first asked.
-    /// Where it cannot, they are blended in half.
+    /// Whether sums can be blended in single precision: the driver claims it, and a probe at the first call succeeded.
+    /// If not, half precision is used.
     #[must_use]
     pub fn blends_single(&self) -> bool {
         *self.known_blending().get_or_init(|| {
@@ -111,7 +111,7 @@ fn colour(corner: Corner) -> @location(0) vec4<f32> {
 }
 ";
 
-/// Whether a picture of this format sums to the last bits of single precision. Where it cannot, half precision blends.
+/// Whether a picture of this format sums in full single precision. If not, half precision is used.
 fn blends(device: &Device, format: wgpu::TextureFormat) -> bool {
     blended(device, format).is_ok_and(|found| {
         // Twice the rounding of a sum near one.

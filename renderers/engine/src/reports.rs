@@ -10,7 +10,7 @@ pub(crate) struct Reports {
 }
 
 impl Reports {
-    /// Hooks the callbacks of a fresh device. Without them wgpu panics on an error outside of a scope.
+    /// Installs the callbacks of a new device. Without them, wgpu panics on an error outside a scope.
     pub(crate) fn of(device: &wgpu::Device) -> Arc<Self> {
         let reports = Arc::new(Self::default());
         let lost = Arc::clone(&reports);

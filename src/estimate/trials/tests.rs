@@ -24,10 +24,10 @@ fn a_trial_says_what_a_codec_makes_of_a_voxel() {
     assert_eq!(trials.of("raw", &raw, &colour).unwrap().coded("raw").texel_bytes(), 4);
     let s3dc = names.codecs().get("s3dc").unwrap().info().default_settings();
     let s3dc = trials.of("s3dc", &s3dc, &layout).unwrap();
-    // 4 bits of index, and two ends for a block of 16³.
+    // 4 bits per index, and two endpoints per block of 16³.
     assert!((s3dc.coded("s3dc").buffer_bytes_per_voxel().unwrap() - 0.5).abs() < 0.01);
     assert!(s3dc.encode_seconds_per_voxel() > 0.0 && s3dc.decode_seconds_per_voxel() > 0.0);
-    // Half a byte in blocks where the target takes such; decoded, 16 bits.
+    // Half a byte per voxel as blocks, if the target supports them; 16 bits if decoded.
     let bc4 = names.codecs().get("bc4").unwrap().info().default_settings();
     let bc4 = trials.of("bc4", &bc4, &layout).unwrap().coded("bc4");
     assert_eq!(bc4.buffer_bytes_per_voxel().unwrap(), 0.5);

@@ -19,7 +19,7 @@ use crate::experiment::identity::cell::of_record;
 use crate::experiment::records::record::{Record, Status};
 use crate::experiment::records::series;
 
-/// A record that is kept with the key of all that went into it, so that a later run may take it over.
+/// A record with the key of its inputs, so that a later run can take it over.
 pub trait Keyed: Serialize + DeserializeOwned {
     /// Whether it stands for a run that need not be repeated.
     fn ended_well(&self) -> bool;
@@ -29,7 +29,7 @@ pub trait Keyed: Serialize + DeserializeOwned {
         Vec::new()
     }
 
-    /// Enters what versions that wrote it before did not know.
+    /// Fills in fields that older versions did not write.
     fn restore(&mut self) {}
 
     /// Calls with each figure that may be infinite, for which JSON has no number.
@@ -61,7 +61,7 @@ pub struct CellFile<R = Record> {
     /// The record.
     #[serde(flatten)]
     pub record: R,
-    /// Hash of all that went into it; `None` in files of versions that had none.
+    /// Hash of all inputs. `None` in files of versions without it.
     #[serde(default)]
     pub key: Option<String>,
     /// Paths relative to the report, and the BLAKE3 of the files.
@@ -87,7 +87,7 @@ pub fn digest_of(file: &serde_json::Value) -> String {
 }
 
 impl<R: Keyed> CellFile<R> {
-    /// A record with its key. The cell's files and its `references` are hashed as they lie in `folder`.
+    /// A record with its key. Hashes the cell's files and its `references` in `folder`.
     #[must_use]
     pub fn new<'r>(
         mut record: R,
@@ -120,7 +120,7 @@ impl<R: Keyed> CellFile<R> {
         text
     }
 
-    /// Writes the file of this name, whole or not at all.
+    /// Writes the file with this name completely, or not at all.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -153,8 +153,8 @@ impl<R: Keyed> CellFile<R> {
         if whole { Ok(Self { sealed, ..file }) } else { Err(Flaw::Damaged) }
     }
 
-    /// The file of this name in `folder`, where it may stand for a run of the cell that `is_of` knows: as it was written,
-    /// same key, ended well, its files as they were.
+    /// The file with this name in `folder`, if it may replace a run of the cell that `is_of` accepts: unchanged, same
+    /// key, not failed, files unchanged.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -173,7 +173,7 @@ impl<R: Keyed> CellFile<R> {
         if intact { Ok(file) } else { Err(Flaw::Files) }
     }
 
-    /// Whether a picture lies in `folder` as it did when the record was written.
+    /// Whether a picture in `folder` is unchanged since the record was written.
     #[must_use]
     pub fn is_intact(&self, folder: &Path, picture: &str) -> bool {
         let known = self.pictures.get(picture);
@@ -182,7 +182,7 @@ impl<R: Keyed> CellFile<R> {
 }
 
 impl CellFile {
-    /// The file of `cell`, where it may stand for a run and is of this cell: `expected` is the record before it runs.
+    /// The file of `cell`, if it may replace a run of this cell. `expected` is the record before the cell runs.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -200,13 +200,13 @@ impl CellFile {
     }
 }
 
-/// Where the file of a cell stands.
+/// Path of a cell's file.
 #[must_use]
 pub fn path(folder: &Path, id: &str) -> PathBuf {
     folder.join(CELLS).join(format!("{id}.json"))
 }
 
-/// BLAKE3 of a file in hexadecimal, where it can be read.
+/// BLAKE3 of a file in hexadecimal, if it can be read.
 #[must_use]
 pub fn hash(path: &Path) -> Option<String> {
     std::fs::read(path).ok().map(|bytes| blake3::hash(&bytes).to_hex().to_string())
@@ -267,7 +267,7 @@ mod tests {
         }
     }
 
-    /// Any byte that counts: each digit of a figure, each letter of a name.
+    /// Every significant byte: each digit of a figure, each letter of a name.
     #[test]
     fn a_record_that_was_edited_is_noticed() {
         let folder = tempfile::tempdir().unwrap();
@@ -291,7 +291,7 @@ mod tests {
             assert!(text.contains(from), "{from}: {text}");
             assert_eq!(read(&text.replacen(from, to, 1)), Err(Flaw::Damaged), "{from} {to}");
         }
-        // The twins: what does not count, and no digest at all.
+        // The twins: an insignificant byte, and a missing digest.
         assert_eq!(read(&text.replace('\n', "")).as_ref(), Ok(&written));
         let unsealed = read(&text.replace("\"digest\"", "\"another\"")).unwrap();
         assert!(!unsealed.sealed && unsealed.record == written.record);

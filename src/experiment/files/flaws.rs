@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use super::names::CELLS;
 
-/// Why a file does not stand for a run of its cell.
+/// Why a file must not replace a run of its cell.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Flaw {
     /// There is none.
     Absent,
-    /// It would come out otherwise, or ended badly: no fault of the file.
+    /// Its inputs have changed, or the cell failed. The file itself is valid.
     Outdated,
     /// It carries no digest.
     Unsealed,
@@ -17,12 +17,12 @@ pub enum Flaw {
     Damaged,
     /// It is the record of another cell, or of another device.
     OtherCell,
-    /// A picture or table of it is missing or has changed.
+    /// One of its pictures or tables is missing or has changed.
     Files,
 }
 
 impl Flaw {
-    /// What a user should know of it.
+    /// A message for the user.
     const fn said(self) -> Option<&'static str> {
         match self {
             Self::Absent | Self::Outdated => None,
@@ -34,7 +34,7 @@ impl Flaw {
     }
 }
 
-/// Cells that an earlier run left in a state that nobody expects, by what is wrong with them.
+/// Cells of an earlier run with an unexpected flaw, by flaw.
 #[derive(Clone, Debug, Default)]
 pub struct Flawed(BTreeMap<Flaw, Vec<String>>);
 

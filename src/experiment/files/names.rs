@@ -18,15 +18,15 @@ pub const ERRORS: &str = "errors";
 /// Endings of pictures, the longer first.
 const ENDINGS: [&str; 2] = [".error.png", ".png"];
 
-/// Name of a later frame's picture, after that of the first frame of the scene: of `a.png` and frame 7 `a.f0007.png`,
-/// of `a.error.png` `a.f0007.error.png`.
+/// Name of a later frame's picture, from that of the scene's first frame: `a.png` becomes `a.f0007.png` for frame 7,
+/// `a.error.png` becomes `a.f0007.error.png`.
 #[must_use]
 pub fn of_frame(path: &str, frame: FrameIndex) -> String {
     let ending = ENDINGS.iter().find(|ending| path.ends_with(**ending)).unwrap_or(&"");
     format!("{}.f{:04}{ending}", path.strip_suffix(ending).unwrap_or(path), frame.0)
 }
 
-/// A picture and those of the later frames, in their order.
+/// A picture and those of the later frames, in order.
 pub fn of_frames(first: &str, record: &Record) -> Vec<String> {
     let later = (record.first_frame..record.last_frame).map(|f| of_frame(first, FrameIndex(f + 1)));
     std::iter::once(first.to_owned()).chain(later).collect()
@@ -40,7 +40,7 @@ pub fn of_cell(record: &Record) -> Vec<String> {
     pictures.flat_map(|first| of_frames(first, record)).chain(tables).collect()
 }
 
-/// The files that every cell of this name has, its record among them.
+/// The files that every cell of this name has, including its record.
 #[must_use]
 pub fn of_id(id: &str) -> [String; 4] {
     [

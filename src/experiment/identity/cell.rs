@@ -4,17 +4,17 @@ use cvr_core::pipeline::Cell;
 
 use crate::experiment::records::record::Record;
 
-/// What a record is about, as its columns `volume` to `scene` say, and `skipping`, `stages` and `resolution`.
+/// Identity of a record: its columns `volume` to `scene`, and `skipping`, `stages` and `resolution`.
 pub type CellIdentity = ([String; 7], bool, Option<u8>, u8);
 
-/// What a record is about.
+/// Identity of a record.
 #[must_use]
 pub fn of_record(r: &Record) -> CellIdentity {
     let names = [&r.volume, &r.codec, &r.settings, &r.site, &r.filter, &r.renderer, &r.scene];
     (names.map(Clone::clone), r.skipping, r.stages, r.resolution)
 }
 
-/// What the record of a cell will be about.
+/// Identity of a cell's future record.
 #[must_use]
 pub fn of_cell(c: &Cell) -> CellIdentity {
     let (codec, settings) = (c.codec_label(), c.settings.to_string());

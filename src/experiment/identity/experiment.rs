@@ -1,6 +1,5 @@
-//! What makes an experiment this one and no other: the configuration as it is parsed (comments and the order of keys do
-//! not count), what `--set` overrides in it (paths of files do not count), the seed, and the volumes by their content. The
-//! device is no part of it.
+//! The identity of an experiment: its parsed configuration (comments and the order of keys do not count), the overrides
+//! of `--set` (paths of files do not count), the seed, and the content of the volumes. The device is not part of it.
 
 use serde::Serialize;
 
@@ -8,7 +7,7 @@ use super::key::hash_of;
 use super::owner::{Kind, Owner};
 use crate::experiment::records::provenance::{Provenance, VolumeProvenance};
 
-/// Whose the results of a run are.
+/// The owner of a run's results.
 #[must_use]
 pub fn owner(provenance: &Provenance) -> Owner {
     #[derive(Serialize)]
@@ -34,7 +33,7 @@ fn of_volume(v: &VolumeProvenance) -> OfVolume<'_> {
     (&v.name, &v.blake3, v.dims, &v.dtype, format!("{:?}", v.spacing))
 }
 
-/// The first difference between an experiment and another, as what follows the name of the one.
+/// The first difference between two experiments, as text that follows the name of the first.
 #[must_use]
 pub fn difference(a: &Provenance, b: &Provenance, other: &str) -> Option<String> {
     if config(a) != config(b) {
@@ -64,13 +63,13 @@ pub fn difference(a: &Provenance, b: &Provenance, other: &str) -> Option<String>
         .next()
 }
 
-/// The configuration without comments, its keys in one order; as it is written where it is no TOML.
+/// The configuration without comments, its keys in a fixed order. Unchanged if it is not TOML.
 fn config(provenance: &Provenance) -> String {
     let parsed = provenance.config.parse::<toml::Table>();
     parsed.map_or_else(|_| provenance.config.clone(), |table| format!("{table:?}"))
 }
 
-/// Where a file lies differs between machines; what is in it is compared by the volumes.
+/// Paths of files differ between machines. The volumes are compared by content.
 fn overrides(provenance: &Provenance) -> Vec<&String> {
     let is_path = |o: &str| o.split('=').next().is_some_and(|key| key.trim().ends_with(".file"));
     provenance.overrides.iter().filter(|o| !is_path(o)).collect()

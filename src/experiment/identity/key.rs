@@ -1,4 +1,4 @@
-//! What a cell's result depends on, as one hash: two results with the same key may stand for each other.
+//! One hash of everything that a cell's result depends on. Results with equal keys can replace each other.
 
 use cvr_core::pipeline::{Cell, Experiment, Scene};
 use cvr_core::volume::BrickSource;
@@ -10,17 +10,17 @@ use crate::experiment::records::machine;
 use crate::registry::Names;
 use crate::site::target::Target;
 
-/// Version of what the figures mean: reference, baseline, pairing of frame times, metrics. Raised whenever one of
-/// these definitions changes, so that no resumed run mixes both.
+/// Version of the figures' definitions: reference, baseline, pairing of frame times, metrics. It increases whenever one
+/// changes, so that no resumed run mixes both.
 pub const FIGURES_VERSION: u32 = 2;
 
-/// Everything that goes into a result. A field too many costs a second run; one too few mixes results that differ.
+/// All inputs of a result. A superfluous field costs a second run. A missing one mixes different results.
 #[derive(Serialize)]
 struct Inputs<'a> {
     figures_version: u32,
     version: &'a str,
     git_hash: Option<String>,
-    // Seconds of an unoptimised build are not those of an optimised one.
+    // Times of optimised and unoptimised builds differ.
     build: &'a str,
     seed: u64,
     volume: &'a str,
@@ -28,7 +28,7 @@ struct Inputs<'a> {
     layout: String,
     codec: &'a str,
     settings: String,
-    // Of the codec, and of `raw`, which makes reference and baseline.
+    // Stream versions of the codec, and of `raw`, which makes reference and baseline.
     stream_versions: [Option<u32>; 2],
     scene: String,
     renderer: &'a str,
@@ -53,11 +53,11 @@ pub struct Keys<'a> {
 }
 
 impl Keys<'_> {
-    /// BLAKE3 of all that goes into the result of `cell` of `volume` on `target`, in hexadecimal.
+    /// BLAKE3 of all inputs of the result of `cell` of `volume` on `target`, in hexadecimal.
     #[must_use]
     pub fn of(&self, cell: &Cell, volume: &LoadedVolume, target: &Target) -> String {
         let stream_version = |id: &str| self.names.codecs().get(id).ok().map(|c| c.info().stream_version);
-        // For which other volumes a scene is meant has no bearing on this one.
+        // The other volumes of a scene do not affect this one.
         let scene = self.experiment.scene(&cell.scene).map(|s| Scene { volumes: None, ..s.clone() });
         let inputs = Inputs {
             figures_version: FIGURES_VERSION,
@@ -71,7 +71,7 @@ impl Keys<'_> {
             codec: &cell.codec,
             settings: cell.settings.to_string(),
             stream_versions: [stream_version(&cell.codec), stream_version(RAW)],
-            // `Debug` shows every field, those of later versions too, and floats so that they come back.
+            // `Debug` shows every field, also later ones, and floats without loss.
             scene: format!("{scene:?}"),
             renderer: &cell.renderer,
             site: cell.site.name(),
@@ -91,7 +91,7 @@ impl Keys<'_> {
 /// BLAKE3 of all that goes into a result, in hexadecimal.
 #[must_use]
 pub fn hash_of(inputs: &impl Serialize) -> String {
-    // Strings and integers always serialise; were it otherwise, an empty text would equal no other key's.
+    // Strings and integers always serialise. If they did not, an empty text would equal no other key's.
     let text = serde_json::to_vec(inputs).unwrap_or_default();
     blake3::hash(&text).to_hex().to_string()
 }

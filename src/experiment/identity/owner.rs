@@ -20,6 +20,6 @@ pub struct Owner {
     pub kind: Kind,
     /// Name of the experiment.
     pub experiment: String,
-    /// Hash of what makes it this experiment and no other.
+    /// Hash of everything that identifies the experiment.
     pub identity: String,
 }

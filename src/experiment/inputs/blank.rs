@@ -1,4 +1,4 @@
-//! Scenes that show nothing: why, in words. Nothing can be said of pictures then.
+//! Scenes that show nothing, and the reasons in words. Their pictures cannot be judged.
 
 use cvr_core::metrics::visible;
 use cvr_core::pipeline::{FrameRange, Scene};
@@ -7,9 +7,9 @@ use cvr_core::volume::{FrameIndex, ValueRange};
 
 use crate::experiment::records::record::Record;
 
-/// How remarks on scenes that show nothing begin.
+/// Beginning of remarks on scenes that show nothing.
 const SHOWS_NOTHING: &str = "shows nothing";
-/// How many ranges of visible values, and how many frames, a warning lists.
+/// Most ranges of visible values, and most frames, that a warning lists.
 const LISTED: usize = 4;
 
 /// Whether a picture shows nothing.
@@ -18,7 +18,7 @@ pub fn is_blank(image: &Image) -> bool {
     !image.pixels().iter().any(visible)
 }
 
-/// The remark on the scene of a view whose reference is blank in these of all its frames; `None` where it is in none.
+/// The remark on a scene whose reference is blank in frames `blank` of `all`. `None` if it is blank in none.
 #[must_use]
 pub fn remark(view: &View, channels: u32, blank: &[FrameIndex], all: FrameRange) -> Option<String> {
     let reason = reason(view, channels);
@@ -33,7 +33,7 @@ pub fn remark(view: &View, channels: u32, blank: &[FrameIndex], all: FrameRange)
     }
 }
 
-/// The remark on a scene that shows nothing of any volume with values in this range; `None` where that depends on more.
+/// The remark on a scene that shows nothing for any volume with values in this range. `None` if that depends on more.
 #[must_use]
 pub fn foreseen(scene: &Scene, channels: u32, range: ValueRange) -> Option<String> {
     let View { colour_opacity, transfer_function: function, .. } = scene.view(range, Filter::Linear).ok()?;
@@ -65,7 +65,7 @@ pub fn warnings(records: &[Record]) -> Vec<String> {
     warnings
 }
 
-/// Why the scene of a view shows nothing. It gives both ranges: where values are seen, and where they lie.
+/// Why the scene of a view shows nothing. It states both ranges: of visible values, and of the volume's values.
 #[must_use]
 pub fn reason(view: &View, channels: u32) -> String {
     let range = view.value_range;
@@ -103,7 +103,7 @@ fn ranges(function: &TransferFunction, range: ValueRange, rest: &str) -> String 
 fn visible_values(function: &TransferFunction) -> String {
     let points = function.points();
     let shows = |i: usize| points[i].rgba[3] > 0.0;
-    // A piece before the first point, one between each two of them, and one behind the last.
+    // A piece before the first point, one between two neighbours, and one behind the last.
     let last = points.len() - 1;
     let ends = |i: usize| {
         let low = if i == 0 { f32::NEG_INFINITY } else { points[i - 1].value };
@@ -130,7 +130,7 @@ fn visible_values(function: &TransferFunction) -> String {
     if words.is_empty() { "no value at all".to_owned() } else { listed(words, " and ") }
 }
 
-/// The first words, and how many follow.
+/// The first words, and the number of the others.
 fn listed(mut words: Vec<String>, between: &str) -> String {
     let more = words.len().saturating_sub(LISTED);
     words.truncate(LISTED);

@@ -1,5 +1,5 @@
-//! Scenes held against their data before anything runs: which of them show nothing. What the number type of the samples
-//! rules out needs no data; small volumes are read or computed, and drawn as thumbnails.
+//! Checks scenes against their data before a run: which of them show nothing. For some, the number type of the samples
+//! is enough. Small volumes are read or computed, and drawn as thumbnails.
 
 use std::collections::BTreeSet;
 
@@ -14,9 +14,9 @@ use crate::estimate::volume_layout;
 use crate::experiment::measured::reference::check_range;
 use crate::registry::renderer;
 
-/// Most samples of a volume that are read, and of all volumes together.
+/// Most samples of a volume to read, and of all volumes together.
 const MOST_SAMPLES: [u64; 2] = [1 << 25, 1 << 26];
-/// Longer sides of thumbnails: what is blank in a small one is drawn once more.
+/// Longer sides of thumbnails. A picture that is blank in the small size is drawn again in the larger one.
 const THUMBNAILS: [u32; 2] = [24, 96];
 /// Frames of a scene that are drawn.
 const MOST_FRAMES: usize = 8;
@@ -26,7 +26,7 @@ const MOST_FRAMES: usize = 8;
 pub struct Preview {
     /// Scenes that show nothing.
     pub warnings: Vec<String>,
-    /// Why scenes were not held against data, one sentence for each volume or scene.
+    /// Why scenes were not checked, one sentence for each volume or scene.
     pub unchecked: Vec<String>,
 }
 
@@ -54,7 +54,7 @@ pub fn preview(experiment: &Experiment, resolution: &Resolution) -> Preview {
     preview
 }
 
-/// Looks at the scenes of one volume. The error says why not at all of them.
+/// Checks the scenes of one volume. The error says why not all were checked.
 fn look(
     volume: &Volume,
     mut scenes: Vec<Scene>,

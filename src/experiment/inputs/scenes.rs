@@ -1,4 +1,4 @@
-//! Scenes made ready: opacity tables read, frames held to those that volumes have.
+//! Prepares scenes: reads opacity tables, and checks frames against the volumes.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ pub enum SceneProblem {
         /// Why.
         source: Box<InputError>,
     },
-    /// What its opacity table holds is none.
+    /// Its opacity table is not valid.
     #[error("scene `{scene}`: {path}: {problem}; red runs along x, green along y, blue along z")]
     Table {
         /// Scene name.
@@ -65,7 +65,7 @@ pub fn read_tables(experiment: &mut Experiment) -> Result<(), SceneProblem> {
     Ok(())
 }
 
-/// Reads the opacity table of a scene, where it names one.
+/// Reads the opacity table of a scene, if it names one.
 ///
 /// # Errors
 /// As [`read_tables`].
@@ -99,7 +99,7 @@ fn table(scene: &str, path: &FilePath) -> Result<OpacityTable, SceneProblem> {
     made.map_err(|problem| SceneProblem::Table { scene, path: path.written().to_owned(), problem })
 }
 
-/// Holds the frames that scenes draw to those of a volume.
+/// Checks the frames that scenes draw against those of a volume.
 ///
 /// # Errors
 /// When a scene that applies to the volume draws a frame beyond its last.

@@ -62,7 +62,7 @@ pub fn load(volume: &Volume, seed: u64) -> Result<LoadedVolume, LoadError> {
     Ok(LoadedVolume::read(volume.name.clone(), source, input))
 }
 
-/// Reads or computes a volume, and says where it comes from: names of files without folders, or generator and seed.
+/// Reads or computes a volume. Also returns its origin: names of files without folders, or generator and seed.
 ///
 /// # Errors
 /// As [`load`].
@@ -94,7 +94,7 @@ pub fn read(volume: &Volume, seed: u64) -> Result<(InputVolume, String), LoadErr
     }
 }
 
-/// Names without folders: of the first file, and how many follow it.
+/// Names without folders: the first file, and the number of the others.
 fn file_names(paths: &[PathBuf]) -> String {
     let first = paths.first().and_then(|p| p.file_name()).unwrap_or_default().to_string_lossy();
     match paths.len() {
@@ -104,7 +104,7 @@ fn file_names(paths: &[PathBuf]) -> String {
 }
 
 impl LoadedVolume {
-    /// Names a volume and makes it finite. The hash is that of the samples as they were read, little-endian.
+    /// Names a volume and makes it finite. The hash covers the samples as they were read, little-endian.
     #[must_use]
     pub fn new(name: String, source: String, dense: DenseVolume) -> Self {
         Self::read(name, source, InputVolume::exact(dense))

@@ -9,8 +9,8 @@ use crate::experiment::files::whole_file::ResultsError;
 use crate::experiment::files::write_results::write_rows;
 use crate::experiment::records::record::Record;
 
-/// One frame. What begins with `psnr_db` is that of all its voxels; the columns from `image_psnr_db` on are empty where
-/// the scene does not draw the frame. Names and meanings are those of [`Record`].
+/// One frame. The columns that begin with `psnr_db` concern all its voxels. The columns from `image_psnr_db` on are
+/// empty if the scene does not draw the frame. Names and meanings are those of [`Record`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameFigures {
     /// Number of the frame, counted from 0.
@@ -41,12 +41,12 @@ pub struct FrameFigures {
     pub device_decode_ms: Option<f64>,
     /// Samples on which shader and CPU decoder disagree.
     pub parity_mismatches: Option<u64>,
-    /// Visible pixels of the reference; of 0, no figure of the picture is defined.
+    /// Visible pixels of the reference. If 0, no figure of the picture is defined.
     #[serde(default)]
     pub visible_pixels: Option<u64>,
 }
 
-/// The figures of all frames of a volume; `drawn` are the records of those that the scene draws.
+/// The figures of all frames of a volume. `drawn` are the records of the frames that the scene draws.
 #[must_use]
 pub fn figures(errors: &[FrameError], drawn: &[Record]) -> Vec<FrameFigures> {
     let of_frame = |(frame, error): (u32, &FrameError)| {
@@ -72,7 +72,8 @@ pub fn figures(errors: &[FrameError], drawn: &[Record]) -> Vec<FrameFigures> {
     (0..).zip(errors).map(of_frame).collect()
 }
 
-/// Writes the figures of a cell into a folder that only runs over sequences have; returns the path relative to the report's folder.
+/// Writes the figures of a cell into a folder that only sequences have. Returns the path relative to the report's
+/// folder.
 ///
 /// # Errors
 /// When the file cannot be written.

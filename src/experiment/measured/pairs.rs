@@ -1,10 +1,10 @@
-//! How many pairs of frames a cell is timed by.
+//! The number of pairs of frames that time a cell.
 
 use std::num::ParseIntError;
 
 use cvr_engine::timing::PairBudget;
 
-/// The environment variable that caps pairs: tests draw thousands of cells, and ask for no precise times.
+/// Environment variable that limits pairs: tests draw thousands of cells and need no precise times.
 const VARIABLE: &str = "CVR_FRAME_PAIRS";
 
 /// The variable holds no number.
@@ -15,8 +15,7 @@ pub struct NoNumber {
     error: ParseIntError,
 }
 
-/// The budget of this process: that of the protocol, with fewer pairs where the environment says so, but never fewer than its
-/// least.
+/// The budget of this process: the protocol's, limited by the environment, but not below the protocol's least.
 ///
 /// # Errors
 /// When the environment variable holds no number.
@@ -24,7 +23,7 @@ pub fn checked_budget() -> Result<PairBudget, NoNumber> {
     capped(std::env::var(VARIABLE).ok())
 }
 
-/// The same; that of the protocol where the environment variable holds no number, which a run refuses before it begins.
+/// The same. If the environment variable is not a number, the protocol's budget; a run refuses this before it begins.
 #[must_use]
 pub fn budget() -> PairBudget {
     checked_budget().unwrap_or_default()

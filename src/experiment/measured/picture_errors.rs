@@ -4,7 +4,7 @@ use cvr_core::metrics::{Against, ImageError};
 
 use crate::experiment::records::record::Record;
 
-/// The picture of a frame against two others.
+/// The picture of a frame compared with two others.
 #[derive(Copy, Clone, Debug)]
 pub struct PictureErrors {
     /// Against the reference.

@@ -1,14 +1,14 @@
 //! The figures of several frames as those of one cell.
 //!
-//! Errors of pictures are pooled as if all frames were one picture ([`ImageError::pooled`]). How each other column is pooled
-//! stands in the table of columns ([`Record::COLUMNS`]).
+//! Errors of pictures are pooled as if all frames were one picture ([`ImageError::pooled`]). The table of columns says
+//! how each other column is pooled ([`Record::COLUMNS`]).
 
 use cvr_core::metrics::ImageError;
 
 use super::picture_errors::PictureErrors;
 use crate::experiment::records::record::Record;
 
-/// Enters what was measured of the frames. `errors` are those of the frames that were drawn to the end.
+/// Enters the figures of the frames. `errors` are those of completely drawn frames.
 pub fn enter(record: &mut Record, frames: &[Record], errors: &[PictureErrors]) {
     if frames.is_empty() {
         return;
@@ -45,7 +45,7 @@ mod tests {
     #[test]
     fn frames_become_one_cell() {
         let mut record = Record { notes: Some("a".to_owned()), ..Record::default() };
-        // Wrong by `error` where anything is visible.
+        // An error of `error` in every visible pixel.
         let errors = |error: f32, visible: usize| {
             let of = |tone: f32| {
                 let pixels = (0..400).map(|i| if i < visible { [tone, tone, tone, 1.0] } else { [0.0; 4] });

@@ -21,13 +21,13 @@ pub fn check_range(range: ValueRange) -> Result<(), String> {
     ))
 }
 
-/// What every picture of a frame is compared with: the uncompressed volume, filtered in the shader.
+/// The reference of every picture of a frame: the uncompressed volume, filtered in the shader.
 pub const REFERENCE: (Site, Filter) = (Site::Inline, Filter::Linear);
 
-/// What every frame time is divided by: the uncompressed texture, filtered by the hardware.
+/// The baseline of every frame time: the uncompressed texture, filtered by the hardware.
 pub const BASELINE: (Site, Filter) = (Site::Host, Filter::Linear);
 
-/// The filter under which raw stands beside a cell. Optimised linear is linear in another way, which raw does not offer.
+/// The filter of raw's picture for a cell. *optimised-linear* gives the values of *linear*, and raw does not offer it.
 #[must_use]
 pub const fn filter_of_raw(filter: Filter) -> Filter {
     match filter {

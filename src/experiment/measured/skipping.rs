@@ -1,4 +1,4 @@
-//! Cells that skip empty macrocells: which these are, and what skipping gains.
+//! Cells that skip empty macrocells, and the gain of skipping.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -17,7 +17,7 @@ use crate::experiment::running::latest::Latest;
 pub struct LazyRanges(Latest<Arc<(MacrocellRanges, f64)>>);
 
 impl LazyRanges {
-    /// The ranges of all macrocells, and the wall seconds that it took to decode them.
+    /// The ranges of all macrocells, and the wall seconds of decoding them.
     ///
     /// # Errors
     /// A sentence, when decoding fails or `stop` turns true.
@@ -35,7 +35,7 @@ impl LazyRanges {
         })
     }
 
-    /// What a transfer function leaves of them; the record learns what it took, and how many show nothing.
+    /// The classified macrocells. Enters their time and the fraction of empty ones into the record.
     ///
     /// # Errors
     /// As [`LazyRanges::get`].
@@ -56,7 +56,7 @@ impl LazyRanges {
     }
 }
 
-/// Holds the picture of a cell that skips to the one that does not.
+/// Compares the picture of a skipping cell with that of the cell that does not skip.
 ///
 /// # Errors
 /// A sentence, when a pixel differs in any bit.
@@ -72,7 +72,7 @@ pub fn check_picture(record: &mut Record, with: &Image, without: &Image) -> Resu
     ))
 }
 
-/// Pixels that differ in any bit; those that only one picture has count too.
+/// Number of pixels that differ in any bit. Pixels that only one picture has count too.
 fn mismatches(a: &Image, b: &Image) -> u64 {
     let bits = |pixel: &[f32; 4]| pixel.map(f32::to_bits);
     let differing = a.pixels().iter().zip(b.pixels()).filter(|(a, b)| bits(a) != bits(b)).count();

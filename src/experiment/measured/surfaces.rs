@@ -1,6 +1,6 @@
-//! Distance between the isosurfaces of the original and of what a codec gave back, at the edges of a scene's transfer
-//! function. The values are those that are drawn: nothing is rounded, and a colour is the number that its scene's transfer
-//! function takes. Where a table of colours decides, there are no edges.
+//! Distance between the isosurfaces of the original and of the decoded volume, at the edges of a scene's transfer
+//! function. The values are the drawn ones: nothing is rounded, and a colour is the number that its scene's transfer
+//! function maps. If a table of colours gives the opacity, there are no edges.
 
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -14,7 +14,7 @@ use crate::experiment::records::record::Record;
 use crate::experiment::running::encoded::Encoded;
 use crate::experiment::running::stage::Stage;
 
-/// Distances in the frames of one stream by scene and frame, each measured once for all cells.
+/// Distances in the frames of one stream, by scene and frame. Each is measured once for all cells.
 #[derive(Debug, Default)]
 pub struct SurfaceDistances(RefCell<BTreeMap<(String, FrameIndex), Option<SurfaceDistance>>>);
 
@@ -80,7 +80,7 @@ fn distance(
     Ok(isosurface::distance(&original, &decoded_values, extent, &isovalues))
 }
 
-/// One number per voxel: a scalar itself, of a colour what the transfer function takes.
+/// One number per voxel: a scalar itself, or for a colour the number that the transfer function maps.
 fn scalars<'a>(frame: &'a DecodedFrame, opacity: &ColourOpacity) -> Cow<'a, [f32]> {
     if frame.layout().channels == 1 {
         return Cow::Borrowed(frame.values());

@@ -1,4 +1,4 @@
-//! What records say of comparing sites with the CPU decoder. Runs and `cvr render` report in these words.
+//! Texts of records about comparing sites with the CPU decoder, for runs and `cvr render`.
 
 use cvr_core::codec::Site;
 
@@ -8,10 +8,10 @@ use crate::site::expected::Checked;
 use crate::site::holding::{Holding, Preparation};
 use crate::site::target::Target;
 
-/// How the remark begins that a record has where a device would have decoded, and none did.
+/// Beginning of the remark if a device would have decoded, but none did.
 pub const SHADER_NOT_RUN: &str = "shader not run";
 
-/// Of how many cells no shader was compared, in a sentence; `None` where there is no such cell.
+/// The number of cells without a compared shader, as a sentence. `None` if there are none.
 #[must_use]
 pub fn not_run(records: &[Record]) -> Option<String> {
     let n = records.iter().filter(|record| record.shader_not_run()).count();
@@ -24,7 +24,7 @@ pub fn not_run(records: &[Record]) -> Option<String> {
     })
 }
 
-/// Remarks it in a record of versions that did not: a cell that ended well without a comparison where a device makes one.
+/// Adds the remark to a record of an older version: a cell without a comparison, although a device makes one.
 pub fn restore(record: &mut Record) {
     let compares = record.site.parse().is_ok_and(|site: Site| site.decoded_by().on_device());
     if compares && record.status == Status::Ok && record.device == "cpu" && record.parity_mismatches.is_none()
@@ -42,14 +42,14 @@ fn flag(record: &mut Record) {
 }
 
 impl Record {
-    /// Whether a device would have decoded what the cell draws, and none did: the cell says nothing of the shader.
+    /// Whether a device would have decoded the cell's voxels, but none did. Such a cell does not test the shader.
     #[must_use]
     pub fn shader_not_run(&self) -> bool {
         self.notes.iter().flat_map(|notes| notes.split("; ")).any(|note| note.starts_with(SHADER_NOT_RUN))
     }
 
-    /// Remarks what the CPU mirror leaves out where it draws a frame of a site: what a device would have decoded is not
-    /// compared, and the mirror may draw from something else.
+    /// Remarks that the CPU mirror draws a frame of a site: the device's decoding is not compared, and the mirror may
+    /// draw from another source.
     pub fn flag_mirror(&mut self, target: &Target, holding: &dyn Holding, coded: CodedFrame<'_>) {
         let Target::Cpu { .. } = target else { return };
         if holding.device_decodes(coded) {
@@ -60,7 +60,7 @@ impl Record {
         }
     }
 
-    /// Enters what preparing a frame took, and what stands in for what.
+    /// Enters time and fallbacks of preparing a frame.
     pub fn enter_preparation(&mut self, preparation: &Preparation) {
         let Preparation { device_decode_ms, device_decode_bytes, remarks } = preparation;
         self.device_decode_ms = *device_decode_ms;
@@ -68,7 +68,7 @@ impl Record {
         remarks.iter().for_each(|remark| self.remark(remark));
     }
 
-    /// Enters what comparing has found.
+    /// Enters the result of a comparison.
     ///
     /// # Errors
     /// What is wrong.

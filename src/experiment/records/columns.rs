@@ -1,27 +1,26 @@
-//! What a column of records says of itself, and the macro that makes records of a table of columns.
+//! The table of a record's columns, and the macro that makes the record from it.
 
 /// How a report shows a column.
 #[derive(Copy, Clone, Debug)]
 pub struct Shown {
     /// Heading.
     pub heading: &'static str,
-    /// Name and unit on the axis of a chart, where the heading alone would not say them; values there are the record's own,
-    /// in the record's unit.
+    /// Name and unit on a chart's axis, if the heading is not enough. Values on the axis are in the record's unit.
     pub axis: Option<&'static str>,
-    /// Left out on paper, where there is no room for all.
+    /// Left out when the report is printed, because paper is narrow.
     pub secondary: bool,
-    /// How its values become text.
+    /// Conversion of its values to text.
     pub format: Format,
 }
 
-/// How a value becomes text.
+/// Conversion of a value to text.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Format {
     /// As it is.
     Text,
     /// The settings that differ among the cells of a codec.
     Settings,
-    /// What the record's curve is called.
+    /// Name of the record's curve.
     Series,
     /// A file beside the report, linked.
     File,
@@ -29,19 +28,19 @@ pub enum Format {
     Stages,
     /// A whole number.
     Count,
-    /// A whole number, where a shader ran.
+    /// A whole number, if a shader ran.
     Parity,
     /// Bytes in binary units.
     Bytes,
     /// Three significant digits.
     Short,
-    /// The same of the millionth part.
+    /// The same, in millions.
     Millions,
     /// So many decimals.
     Fixed(usize),
-    /// A figure that came with the list of figures: three significant digits.
+    /// A figure of the metrics' list: three significant digits.
     Listed,
-    /// A picture, which the table of a report leaves out.
+    /// A picture. The table of a report omits it.
     Picture,
 }
 
@@ -75,7 +74,7 @@ impl Shown {
         Self::new("", format)
     }
 
-    /// A figure that came with the list of figures.
+    /// A figure of the metrics' list.
     pub const LISTED: Self = Self::figure(Format::Listed).secondary();
 
     /// A picture.
@@ -170,16 +169,16 @@ impl<R> Clone for Column<R> {
     }
 }
 
-/// Writes `Record` from a table of its columns, each `name: type, how frames are pooled, how it is shown;`. The names of the
-/// figures that are listed stand in brackets at their place.
+/// Writes `Record` from a table of its columns, each `name: type, how frames are pooled, how it is shown;`. Names of
+/// the metrics' figures are in brackets at their place.
 macro_rules! columns {
     (
         $($(#[$first_says:meta])* $first:ident: $first_type:ty, $first_pooled:ident, $first_shown:expr;)*
         [$($figure:ident)*]
         $($(#[$then_says:meta])* $then:ident: $then_type:ty, $then_pooled:ident, $then_shown:expr;)*
     ) => {
-        /// The result of one cell. `None` = not measured or not defined; in CSV an empty field. PSNR of identical data is
-        /// infinite: `inf` in CSV, `null` in JSON with `max_abs_error` 0.
+        /// The result of one cell. `None`: not measured or not defined, an empty field in CSV. PSNR of identical data
+        /// is infinite: `inf` in CSV, `null` in JSON with `max_abs_error` 0.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         pub struct Record {
             $($(#[$first_says])* pub $first: $first_type,)*
@@ -211,7 +210,7 @@ macro_rules! columns {
                 },)*
             ];
 
-            /// Enters the values of frames, of each column as the table says.
+            /// Pools the values of frames, for each column as the table says.
             pub(crate) fn pool(&mut self, frames: &[Self]) {
                 $(pooled::$first_pooled(&mut self.$first, frames.iter().map(|frame| &frame.$first));)*
                 $(pooled::$then_pooled(&mut self.$then, frames.iter().map(|frame| &frame.$then));)*

@@ -1,11 +1,11 @@
-//! What cells are called where people read: codec and those settings that differ among the cells of that codec. Files for
-//! programs have all settings.
+//! Names of cells for readers: codec, and the settings that differ among that codec's cells. Files for programs have
+//! all settings.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::record::Record;
 
-/// Which settings differ, codec by codec, among the cells that are shown together.
+/// The settings that differ, by codec, among cells that are shown together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Labels {
     codecs: BTreeMap<String, Of>,
@@ -45,7 +45,7 @@ impl Labels {
         Self { codecs: settings.into_iter().map(of).collect() }
     }
 
-    /// The settings that differ, `name=value` separated by spaces; empty where all cells of the codec have the same.
+    /// The settings that differ, `name=value` separated by spaces. Empty if all cells of the codec have the same.
     #[must_use]
     pub fn settings(&self, record: &Record) -> String {
         let of = self.codecs.get(&record.codec);
@@ -53,14 +53,13 @@ impl Labels {
         split(&record.settings).into_iter().filter(differs).collect::<Vec<_>>().join(" ")
     }
 
-    /// The settings that all cells of a codec share, likewise.
+    /// The settings that all cells of a codec share, in the same form.
     #[must_use]
     pub fn shared(&self, codec: &str) -> String {
         self.codecs.get(codec).map(|of| of.shared.join(" ")).unwrap_or_default()
     }
 
-    /// What curves are called: the codec, and behind it the methods that it was run with where these are several
-    /// (`tvq payload=variable`).
+    /// Names of curves: the codec, followed by its methods if there are several (`tvq payload=variable`).
     #[must_use]
     pub fn series(&self, record: &Record) -> String {
         let several = self.codecs.get(&record.codec).map(|of| &of.methods);
@@ -69,7 +68,7 @@ impl Labels {
         std::iter::once(record.codec.clone()).chain(methods).collect::<Vec<_>>().join(" ")
     }
 
-    /// Codec, settings that differ, and how many stages and which resolution where it is not the full stream.
+    /// Codec, differing settings, and number of stages and resolution if it is not the full stream.
     #[must_use]
     pub fn coding(&self, record: &Record) -> String {
         coding(record, &self.settings(record))
@@ -82,7 +81,7 @@ impl Labels {
     }
 }
 
-/// Codec, all settings, and how many stages and which resolution where it is not the full stream.
+/// Codec, all settings, and number of stages and resolution if it is not the full stream.
 #[must_use]
 pub fn full_coding(record: &Record) -> String {
     coding(record, &record.settings)
@@ -107,7 +106,7 @@ fn in_place(record: &Record, coding: String) -> String {
     format!("{coding}, {}, {}{skipping}", record.site, record.filter)
 }
 
-/// Settings one by one, as written. A text in quotes is one; what cannot be taken apart is one as a whole.
+/// Splits settings. A quoted text is one. A text that cannot be split is a single one.
 fn split(settings: &str) -> Vec<String> {
     let quoted = |word: String| match word.split_once('=') {
         Some((name, value)) => {
@@ -161,7 +160,7 @@ mod tests {
         assert_eq!(labels.shared("vq"), "seed=1");
         assert_eq!(labels.shared("external:sz3"), "decode='sz3 -d {in}'");
         assert_eq!(full_coding(&cells[0]), "vq block=2 seed=1");
-        // Of a cell that was not asked for, and of what is no list of settings, all is told.
+        // For an unknown cell, or text that is not a list of settings, everything is shown.
         assert_eq!(labels.settings(&with("tvq", "rate=1", "")), "rate=1");
         assert_eq!(labels.settings(&with("vq", "it's broken", "")), "it's broken");
     }

@@ -1,6 +1,6 @@
-//! What a result must say of the machine and the moment.
+//! Facts about the machine and the time of a result.
 
-/// Commit that this binary was built from, `-dirty` behind it when files had changed.
+/// Commit of this binary's source, followed by `-dirty` if files had changed.
 #[must_use]
 pub fn git_hash() -> Option<String> {
     option_env!("CVR_GIT_HASH").map(ToOwned::to_owned)
@@ -20,14 +20,14 @@ pub fn cores() -> u32 {
     rayon::current_num_threads() as u32
 }
 
-/// The command of this process. Its first word is the program's name alone: where it stands is nobody's business.
+/// The command line of this process. The program's folder is left out for privacy.
 #[must_use]
 pub fn command_line() -> String {
     let rest = std::env::args_os().skip(1).map(|w| quoted(&w.to_string_lossy()));
     std::iter::once("cvr".to_owned()).chain(rest).collect::<Vec<_>>().join(" ")
 }
 
-/// A word as a shell takes it: as it is, or in single quotes.
+/// A word for a shell: unchanged, or in single quotes.
 #[must_use]
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=:,+".contains(c);

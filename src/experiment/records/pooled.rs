@@ -3,30 +3,30 @@
 
 use std::ops::Add;
 
-/// That of the cell stays.
+/// The cell's value stays.
 pub(super) fn of_cell<'a, T: 'a>(_: &mut T, _: impl Iterator<Item = &'a T>) {}
 
-/// That of the cell stays: it was pooled from the pixels of all frames.
+/// The cell's value stays. It was pooled from the pixels of all frames.
 pub(super) fn of_pictures<'a, T: 'a>(_: &mut T, _: impl Iterator<Item = &'a T>) {}
 
-/// That of the first frame.
+/// The value of the first frame.
 pub(super) fn first<'a, T: Clone + 'a>(own: &mut T, mut frames: impl Iterator<Item = &'a T>) {
     if let Some(first) = frames.next() {
         *own = first.clone();
     }
 }
 
-/// The median of those that were measured.
+/// The median of the measured values.
 pub(super) fn median<'a>(own: &mut Option<f64>, frames: impl Iterator<Item = &'a Option<f64>>) {
     *own = middle(frames.copied().flatten().collect());
 }
 
-/// The largest of those that were measured.
+/// The largest of the measured values.
 pub(super) fn most<'a, T: Ord + Copy + 'a>(own: &mut Option<T>, frames: impl Iterator<Item = &'a Option<T>>) {
     *own = frames.copied().flatten().max();
 }
 
-/// The sum of those that were measured.
+/// The sum of the measured values.
 pub(super) fn sum<'a, T: Copy + Add<Output = T> + 'a>(
     own: &mut Option<T>,
     frames: impl Iterator<Item = &'a Option<T>>,
@@ -34,7 +34,7 @@ pub(super) fn sum<'a, T: Copy + Add<Output = T> + 'a>(
     *own = frames.copied().flatten().reduce(|a, b| a + b);
 }
 
-/// Remarks of frames follow those of the cell, equal ones once.
+/// The cell's remarks, then those of its frames. Equal ones once.
 pub(super) fn remarks<'a>(own: &mut Option<String>, frames: impl Iterator<Item = &'a Option<String>>) {
     let mut said: Vec<String> = own.iter().flat_map(|notes| notes.split("; ")).map(str::to_owned).collect();
     for remark in frames.flatten().flat_map(|notes| notes.split("; ")) {

@@ -1,4 +1,4 @@
-//! Where results come from: all that is needed to run them again, and to doubt them.
+//! Provenance: everything needed to repeat results or to question them.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +28,7 @@ pub struct Provenance {
     pub seed: u64,
     /// Text of the experiment's configuration.
     pub config: String,
-    /// Keys of the configuration that were overridden, as `--set` had them.
+    /// Overridden keys of the configuration, as `--set` had them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub overrides: Vec<String>,
     /// The command that ran it.
@@ -40,7 +40,7 @@ pub struct Provenance {
     /// The pictures that `image_*` metrics compare with.
     #[serde(default)]
     pub references: Vec<ReferencePicture>,
-    /// The runs that were merged, where it is no single one.
+    /// The merged runs. Empty for a single run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<Part>,
 }
@@ -91,8 +91,7 @@ pub struct VolumeProvenance {
     pub range: [f64; 2],
 }
 
-/// The picture that those of one volume, scene and renderer are compared with: uncompressed, manual trilinear
-/// filter, same step.
+/// The reference picture of one volume, scene and renderer: uncompressed, manual trilinear filter, same step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReferencePicture {
     /// Volume name.
@@ -103,7 +102,7 @@ pub struct ReferencePicture {
     pub renderer: String,
     /// The picture, relative to the report.
     pub image: String,
-    /// Those of the later frames that the scene draws.
+    /// Pictures of later frames that the scene draws.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub later_frames: Vec<String>,
 }
@@ -135,7 +134,7 @@ pub struct RefusedCell {
     /// Whether empty macrocells were to be skipped.
     #[serde(default)]
     pub skipping: bool,
-    /// How many stages were to be decoded; `None` for all.
+    /// Number of stages to decode. `None` for all.
     #[serde(default)]
     pub stages: Option<u8>,
     /// Resolution that was to be decoded; 0 is the full one.

@@ -6,7 +6,7 @@ use cvr_core::pipeline::Cell;
 use super::record::Record;
 use crate::registry::codecs;
 
-/// Settings as a record writes them; values are text, of whatever kind they are. `None` where it is no such list.
+/// Settings as a record writes them. All values are text. `None` if the text is not such a list.
 #[must_use]
 pub fn read(settings: &str) -> Option<Settings> {
     let mut read = Settings::default();
@@ -17,7 +17,7 @@ pub fn read(settings: &str) -> Option<Settings> {
     Some(read)
 }
 
-/// Enters the series of a record that versions without this column have written.
+/// Enters the series of a record of a version without this column.
 pub fn restore(record: &mut Record) {
     if !record.series.is_empty() {
         return;

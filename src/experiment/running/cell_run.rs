@@ -1,4 +1,4 @@
-//! One cell: its frames, and what they come to.
+//! One cell: its frames, and the joint results.
 
 use cvr_core::metrics;
 use cvr_core::pipeline::{Cell, FrameRange};
@@ -11,8 +11,8 @@ use crate::experiment::measured::{error_histogram, frame_figures, pool, surfaces
 use crate::experiment::records::record::Record;
 use crate::site::target::Target;
 
-/// A record with all that is known of a cell before it runs, `series` as the codec has it; it says *failed* until it has
-/// run.
+/// A record with everything known of a cell before it runs. `series` comes from the codec. Its status is *failed* until
+/// the cell has run.
 #[must_use]
 pub fn empty_record(
     cell: &Cell,
@@ -47,7 +47,7 @@ pub fn empty_record(
     record
 }
 
-/// Enters what the codec did to the volume.
+/// Enters the results of encoding.
 pub fn record_encoding(record: &mut Record, encoded: &Encoded) {
     let voxels = record.voxels as f64;
     record.bits_per_voxel = Some(encoded.file_bytes as f64 * 8.0 / voxels);
@@ -69,7 +69,7 @@ pub fn record_encoding(record: &mut Record, encoded: &Encoded) {
     }
 }
 
-/// Draws, compares and times every frame of a cell, and holds what was decoded to the codec's promises.
+/// Draws, compares and times every frame of a cell, and checks the codec's promises.
 ///
 /// # Errors
 /// A sentence that says what failed; what was measured before it stands in the record. Once the run is stopped, the

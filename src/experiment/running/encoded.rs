@@ -1,4 +1,4 @@
-//! A volume through a codec: encoded, decoded again, and measured. What cells of one codec and setting share.
+//! A volume encoded, decoded and measured. Cells of one codec and setting share it.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -18,10 +18,10 @@ use crate::experiment::measured::skipping::LazyRanges;
 use crate::site::coded::CodedFrame;
 use crate::site::expected::Expected;
 
-/// A volume as one codec with one set of settings gives it back, at one level.
+/// A volume decoded from one codec with one set of settings, at one level.
 #[derive(Debug)]
 pub struct Encoded {
-    /// The opened stream; it keeps decoded frames, where some are predicted from others.
+    /// The opened stream. It keeps decoded frames if frames are predicted.
     pub decoder: Arc<dyn Decoder>,
     /// The level at which it was decoded.
     pub level: Level,
@@ -33,19 +33,19 @@ pub struct Encoded {
     pub encode_seconds: f64,
     /// Wall seconds to decode all frames on the CPU.
     pub decode_seconds: f64,
-    /// Error over all frames. A lower resolution is brought to the volume's size before.
+    /// Error over all frames. A lower resolution is first resampled to the volume's size.
     pub error: VolumeError,
     /// Error of each frame.
     pub frame_errors: Vec<FrameError>,
-    /// How many samples of all frames have which error.
+    /// Number of samples of all frames by error.
     pub histogram: Arc<ErrorHistogram>,
     /// The codec's block, where it has one.
     block: Option<Block>,
-    /// The encoder's promise, which is for all stages; `None` where not all were decoded.
+    /// The encoder's bound, which holds for all stages. `None` if not all were decoded.
     pub error_bound: Option<f64>,
     /// Remarks of the encoder.
     pub notes: Vec<String>,
-    /// The macrocells of the frame that is drawn.
+    /// The macrocells of the drawn frame.
     pub macrocells: LazyRanges,
     /// The frame that is drawn, decoded.
     frame: Latest<Arc<DecodedFrame>>,
@@ -53,8 +53,8 @@ pub struct Encoded {
     outside: Option<String>,
 }
 
-/// Encodes into a file in `scratch`, reads it back and decodes every frame; of predicted frames, so many megabytes are
-/// kept decoded.
+/// Encodes into a file in `scratch`, reads it back and decodes every frame. For predicted frames, `decoded_frames_mb`
+/// megabytes of decoded frames are kept.
 ///
 /// # Errors
 /// A sentence, when encoding, reading back or decoding fails.
@@ -67,7 +67,7 @@ pub fn encode(
 ) -> Result<Encoded, String> {
     let folder = temporary_folder(scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
     let path = folder.path().join("volume.cvr");
-    // A frame is decoded in the end, and compared with the original's: better to know before the encoder runs.
+    // A decoded frame is compared with the original's at the end. Its memory is checked before the encoder runs.
     let layout = volume.layout();
     let frame_bytes = single_bytes(layout);
     memory::check(2 * frame_bytes, || format!("a frame of {} voxels, decoded and original,", layout.extent))
@@ -147,7 +147,7 @@ fn decode(
     Ok(Decoded { frame, decode_seconds, error, frame_errors, histogram: Arc::new(histogram), outside })
 }
 
-/// The values of a frame at a level, brought to the size of its volume, which has this layout.
+/// The values of a frame at a level, resampled to the size of its volume, whose layout is given.
 fn of_full_size<'a>(
     decoded: &'a DecodedFrame,
     layout: &VolumeLayout,
@@ -159,7 +159,7 @@ fn of_full_size<'a>(
     upsampled(decoded, layout.extent, level.resolution).map(Cow::Owned).map_err(|e| e.to_string())
 }
 
-/// What a value of a frame says that lies outside the range that the decoder promises.
+/// A message about a value of a frame outside the range that the decoder promises.
 fn outside_promise(
     decoder: &dyn Decoder,
     (frame, level): (FrameIndex, Level),
@@ -181,8 +181,8 @@ impl Encoded {
         self.frame.get(frame, || decode().map_err(|e| e.to_string()))
     }
 
-    /// A frame, decoded and brought to the volume's size where it is of a lower resolution: what voxels of the volume are
-    /// compared with.
+    /// A decoded frame, resampled to the volume's size if its resolution is lower. Voxels of the volume are compared
+    /// with it.
     ///
     /// # Errors
     /// A sentence, when it cannot be decoded.
@@ -220,7 +220,7 @@ impl Encoded {
         })
     }
 
-    /// Holds what was decoded to the encoder's promises.
+    /// Checks the decoded values against the encoder's promises.
     ///
     /// # Errors
     /// A sentence with the figures, when the bound or the promised value range is broken.
@@ -239,13 +239,13 @@ impl Encoded {
         }
     }
 
-    /// A frame of this stream, not decoded; `codec` is the codec's id.
+    /// A frame of this stream before decoding. `codec` is the codec's id.
     #[must_use]
     pub fn coded<'a>(&'a self, codec: &'a str, frame: FrameIndex) -> CodedFrame<'a> {
         CodedFrame { codec, decoder: self.decoder.as_ref(), key: (frame, self.level) }
     }
 
-    /// What a frame of this stream is held to; `codec` is the codec's id.
+    /// The CPU's frame for comparisons. `codec` is the codec's id.
     ///
     /// # Errors
     /// A sentence, when it cannot be decoded.

@@ -18,7 +18,7 @@ use crate::experiment::measured::skipping;
 use crate::experiment::records::record::Record;
 use crate::site::picture::Picture;
 
-/// What the frames of a cell have in common.
+/// Data that the frames of a cell share.
 pub struct FrameRun<'a> {
     /// The cell.
     pub cell: &'a Cell,
@@ -96,7 +96,7 @@ impl FrameRun<'_> {
         Ok(errors)
     }
 
-    /// Enters the errors of a picture and writes it, beside a picture of its errors.
+    /// Enters the errors of a picture. Writes it, and a picture of its errors.
     fn compare(
         &self,
         record: &mut Record,

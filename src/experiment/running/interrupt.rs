@@ -6,8 +6,8 @@ use crate::exit::INTERRUPTED;
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Listens for Ctrl-C from now on. The flag becomes true with the first; a second ends the process at once, which
-/// costs no more than the cell that runs, since every file is whole or not there.
+/// Listens for Ctrl-C from now on. The first sets the flag. The second ends the process at once. It costs only the
+/// running cell, because every file is complete or missing.
 #[must_use]
 pub fn listen() -> &'static AtomicBool {
     let heard = || {
@@ -16,7 +16,7 @@ pub fn listen() -> &'static AtomicBool {
         }
         eprintln!("stopping after the running step; again to stop at once");
     };
-    // A process that listens already, or a system without signals, runs on as it did.
+    // If the process listens already, or the system has no signals, nothing changes.
     let _ = ctrlc::set_handler(heard);
     &STOP
 }

@@ -1,11 +1,11 @@
-//! What is made for one frame at a time.
+//! A value that is made for one frame at a time.
 
 use std::cell::RefCell;
 
 use cvr_core::volume::FrameIndex;
 
-/// The thing that belongs to the frame that was asked for last; that of the frame before it is then dropped. A scene of
-/// one frame makes it once, a range as often as it has frames, and memory never holds two.
+/// The value of the frame used last. The value of the frame before is dropped. A scene of one frame makes it once, a
+/// scene of a range once per frame, and memory never holds two.
 #[derive(Debug)]
 pub struct Latest<T>(RefCell<Option<(FrameIndex, T)>>);
 
@@ -16,12 +16,12 @@ impl<T> Default for Latest<T> {
 }
 
 impl<T: Clone> Latest<T> {
-    /// Begins with what belongs to `frame`.
+    /// Starts with the value of `frame`.
     pub fn new(frame: FrameIndex, thing: T) -> Self {
         Self(RefCell::new(Some((frame, thing))))
     }
 
-    /// The thing of `frame`; `make` makes it unless it is there.
+    /// The value of `frame`. `make` makes it if it is missing.
     ///
     /// # Errors
     /// That of `make`; what was kept is dropped before.

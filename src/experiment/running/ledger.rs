@@ -1,4 +1,4 @@
-//! What a run has finished so far, in the order of its cells, in memory and on disk.
+//! The finished cells of a run, in order, in memory and on disk.
 
 use cvr_core::codec::Settings;
 use cvr_core::pipeline::{Cell, FrameRange};
@@ -60,8 +60,8 @@ impl<'a> Ledger<'a> {
         Self { out, records, references, refused, provenance, taken_over, flawed, encodings }
     }
 
-    /// Takes over what an earlier run finished of this cell, if it stands in the folder under the same key. `expected` is
-    /// its record before it runs.
+    /// Takes over this cell from an earlier run, if it is in the folder with the same key. `expected` is its record
+    /// before it runs.
     pub(super) fn take_over(&mut self, index: usize, cell: &Cell, key: &str, expected: &Record) {
         let file = match CellFile::taken_over(self.out.path(), cell, key, expected) {
             Ok(file) => file,
@@ -75,7 +75,7 @@ impl<'a> Ledger<'a> {
         self.taken_over += 1;
     }
 
-    /// Says which cells are run again although a record of them is there.
+    /// Lists the cells that are run again although they have a record.
     pub(super) fn tell_flawed(&self) {
         self.flawed.lines().for_each(|line| eprintln!("{line}"));
     }
@@ -95,13 +95,13 @@ impl<'a> Ledger<'a> {
         self.references.iter().any(|r| r.ready && is_of(&r.picture, cell))
     }
 
-    /// Where the reference pictures of a cell belong, one for each frame.
+    /// Paths of the reference pictures of a cell, one per frame.
     pub(super) fn reference_files(&self, cell: &Cell) -> Vec<String> {
         let reference = self.references.iter().find(|r| is_of(&r.picture, cell));
         reference.into_iter().flat_map(|r| r.picture.files()).map(str::to_owned).collect()
     }
 
-    /// The reference pictures of a cell have been written.
+    /// Records that the reference pictures of a cell were written.
     pub(super) fn add_reference(&mut self, cell: &Cell) {
         self.references.iter_mut().filter(|r| is_of(&r.picture, cell)).for_each(|r| r.ready = true);
     }
@@ -130,7 +130,7 @@ impl<'a> Ledger<'a> {
         self.write()
     }
 
-    /// Writes `results.csv` and `results.json` with what is finished.
+    /// Writes `results.csv` and `results.json` with the finished cells.
     pub(super) fn write(&mut self) -> Result<(), RunError> {
         let ready = self.references.iter().filter(|r| r.ready);
         self.provenance.references = ready.map(|r| r.picture.clone()).collect();
@@ -160,7 +160,7 @@ fn is_of(picture: &ReferencePicture, cell: &Cell) -> bool {
     picture.volume == cell.volume && picture.scene == cell.scene && picture.renderer == cell.renderer
 }
 
-/// Name of the reference picture of a cell. It does not depend on which cell asks first, so that shards agree.
+/// Name of a cell's reference picture. It does not depend on the cell that asks first, so shards agree.
 fn reference_id(cell: &Cell) -> String {
     let (codec, settings) = (String::new(), Settings::default());
     let (site, filter) = REFERENCE;

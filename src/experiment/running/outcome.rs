@@ -3,7 +3,7 @@
 use crate::experiment::records::provenance::{Provenance, RefusedCell};
 use crate::experiment::records::record::{Record, Status};
 
-/// What a run has yielded.
+/// Results of a run.
 #[derive(Debug)]
 pub struct Outcome {
     /// One record per finished cell, in the order of the cells.
@@ -14,7 +14,7 @@ pub struct Outcome {
     pub provenance: Provenance,
     /// Records that an earlier run had finished.
     pub taken_over: usize,
-    /// How often a volume was encoded, as baseline or by a codec.
+    /// Number of encodings, by a codec or for the baseline.
     pub encodings: usize,
     /// Cells that were not run since the run was stopped.
     pub missing: usize,
@@ -28,7 +28,7 @@ impl Outcome {
     }
 }
 
-/// Why a run cannot go on at all; a cell that fails is no such case.
+/// Why a run cannot go on. A failed cell is not such a reason.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct RunError(pub String);

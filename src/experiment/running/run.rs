@@ -1,4 +1,4 @@
-//! A run: what it needs, and what its parts ask of it.
+//! A run: its inputs, and functions that its parts use.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -26,13 +26,13 @@ pub struct Run<'a> {
     pub names: &'a Names,
     /// What draws.
     pub target: &'a Target,
-    /// Opens what draws anew, after it was lost.
+    /// Opens the target again after it was lost.
     pub reopen: &'a dyn Fn() -> Result<Target, String>,
     /// Where results go.
     pub out: &'a OutFolder,
     /// Once true, the run ends after the running step.
     pub stop: &'a AtomicBool,
-    /// Called before each cell with the number of cells that are done, and its name.
+    /// Called before each cell with the number of finished cells, and the cell's name.
     pub report: &'a dyn Fn(usize, &str),
 }
 
@@ -70,7 +70,7 @@ impl<'a> Run<'a> {
         Keys { experiment: self.experiment, names: self.names }
     }
 
-    /// A record with all that is known of a cell before it runs.
+    /// A record with everything known of a cell before it runs.
     pub(super) fn empty_record(&self, cell: &Cell, volume: &LoadedVolume, target: &Target) -> Record {
         let codec = self.names.codecs().get(&cell.codec);
         let series = codec.map(|codec| codec.info().series(&cell.settings)).unwrap_or_default();

@@ -1,5 +1,5 @@
-//! Running an experiment: volume by volume, codec by codec, cell by cell. Every cell's result is on disk before
-//! the next one begins, so that whatever ends the process costs no more than the cell that runs.
+//! Running an experiment: volume by volume, codec by codec, cell by cell. Every result is on disk before the next cell
+//! begins. So a process that ends loses at most the running cell.
 
 use cvr_core::pipeline::Refusal;
 
@@ -28,7 +28,7 @@ impl Run<'_> {
                 }
             }
             ledger.tell_flawed();
-            // Whatever ends this run, its results list what it took over.
+            // However this run ends, its results list the cells that it took over.
             ledger.write()?;
         }
         let mut target = self.target.clone();
@@ -37,7 +37,7 @@ impl Run<'_> {
         for volume in self.volumes {
             self.volume(volume, &mut target, &mut gone, &mut ledger)?;
         }
-        // A run that was stopped before its first cell leaves what was there before.
+        // A run that was stopped before its first cell leaves the old results.
         if !self.stopped() {
             self.out.begin().map_err(|e| RunError(e.to_string()))?;
         }
@@ -45,8 +45,8 @@ impl Run<'_> {
         Ok(ledger.into_outcome())
     }
 
-    /// Runs what is left of a volume, on as many devices as it takes: a lost one costs the cell that ran, and is
-    /// opened anew once for those that follow.
+    /// Runs the remaining cells of a volume. A lost device costs the running cell, and is opened again for the
+    /// following ones.
     fn volume(
         &self,
         volume: &LoadedVolume,

@@ -1,5 +1,4 @@
-//! What cells of one codec, its settings and a level share beside the stream: what is decoded and compared of the frame that is
-//! drawn.
+//! Data that cells of one codec, its settings and a level share besides the stream: decoded and compared frames.
 
 use cvr_core::codec::Site;
 use cvr_core::memory;
@@ -16,7 +15,7 @@ use crate::site::kept::{KeptFrame, KeptFrames};
 use crate::site::picture::VoxelSource;
 use crate::site::target::Target;
 
-/// Shared by the cells of one codec, its settings and a level, as long as one of them runs.
+/// Data for the cells of one codec, its settings and a level, while one of them runs.
 pub struct Shared<'a> {
     codec: &'a str,
     encoded: &'a Encoded,
@@ -28,7 +27,7 @@ pub struct Shared<'a> {
 }
 
 impl<'a> Shared<'a> {
-    /// Nothing yet; the cells are all of one codec, its settings and a level.
+    /// Empty. All cells have one codec, its settings and a level.
     pub fn new<'c>(
         target: &'a Target,
         codec: &'a str,
@@ -46,13 +45,13 @@ impl<'a> Shared<'a> {
         self.encoded
     }
 
-    /// How far isosurfaces are from the original's.
+    /// Distances of the isosurfaces from the original's.
     #[must_use]
     pub const fn surfaces(&self) -> &SurfaceDistances {
         &self.surfaces
     }
 
-    /// A frame of the stream, which sites are held to.
+    /// The CPU's frame, with which sites are compared.
     ///
     /// # Errors
     /// A sentence, when it cannot be decoded.
@@ -60,8 +59,8 @@ impl<'a> Shared<'a> {
         self.encoded.expected(self.codec, frame)
     }
 
-    /// A frame as a site holds it. The record learns what the device took to decode it, and on how many samples its
-    /// shader and the CPU disagree, or that no shader ran.
+    /// A frame held by a site. Enters into the record the device's decoding time, and the number of samples on which
+    /// shader and CPU disagree, or that no shader ran.
     ///
     /// # Errors
     /// A sentence, when a frame cannot be decoded or held, or the device decodes other texels than the CPU.
@@ -77,7 +76,7 @@ impl<'a> Shared<'a> {
         let KeptFrame { held, checked } = self.kept.get(site, frame, || {
             let expected = self.expected(frame)?;
             if let (Target::Device(_), true) = (target, site.decoded_by().on_device()) {
-                // What the device decodes is read back, to be compared.
+                // The device's values are read back for the comparison.
                 let layout = coded.layout();
                 let bytes = layout.samples_per_frame() * size_of::<f32>() as u64;
                 let what = || format!("a frame of {} voxels as the device decodes it", layout.extent);
@@ -98,8 +97,8 @@ impl<'a> Shared<'a> {
         Ok(VoxelSource { site, coded, held })
     }
 
-    /// What is wrong with what the device decodes at a site, in the first of these frames in which it is, of sites that draw
-    /// all the same.
+    /// The problem with the device's values at a site, in the first of these frames that has one, for sites that draw
+    /// nevertheless.
     #[must_use]
     pub fn problem(&self, site: Site, frames: FrameRange) -> Option<String> {
         frames.iter().find_map(|frame| self.kept.checked(site, frame)?.problem)

@@ -1,4 +1,4 @@
-//! One picture as a cell of a run would draw it, of voxels that are held to the CPU decoder: what `cvr render` draws.
+//! One picture of `cvr render`, drawn as a cell of a run. Its voxels are compared with the CPU decoder.
 
 use cvr_core::codec::Site;
 use cvr_core::render::{Filter, Image, Renderer, View};
@@ -15,7 +15,7 @@ pub enum SingleError {
     /// The device decodes other values than the CPU, in words.
     #[error("{0}")]
     Disagrees(String),
-    /// What the device decodes cannot be compared.
+    /// The device's values cannot be compared.
     #[error("{0}")]
     Uncompared(String),
     /// The target refuses.
@@ -35,12 +35,12 @@ pub struct Single<'a> {
     pub site: Site,
     /// The frame as the CPU decodes it.
     pub expected: &'a Expected<'a>,
-    /// Whether what the device decodes is held to the CPU decoder.
+    /// Whether the device's values are compared with the CPU decoder's.
     pub check: bool,
 }
 
 impl Single<'_> {
-    /// Draws; the record learns what a run would note.
+    /// Draws. Enters a run's remarks into the record.
     ///
     /// # Errors
     /// When the device decodes other values than the CPU, or the target refuses.

@@ -1,5 +1,5 @@
-//! What cells of one volume, scene and renderer share: the reference picture, the baseline of all timing, and
-//! raw's pictures under each site and filter.
+//! Data that cells of one volume, scene and renderer share: the reference picture, the baseline of all timing, and
+//! raw's pictures for each site and filter.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -26,13 +26,13 @@ pub struct RawVolume {
 }
 
 impl RawVolume {
-    /// What the codec `raw` gave back.
+    /// The decoded volume of the codec `raw`.
     #[must_use]
     pub fn new(encoded: Encoded) -> Self {
         Self { encoded, kept: KeptFrames::default() }
     }
 
-    /// The voxels of a frame at a site, prepared when they are first asked for there.
+    /// The voxels of a frame at a site, prepared at first use.
     ///
     /// # Errors
     /// A sentence, when the target cannot hold or decode them.
@@ -56,7 +56,7 @@ pub struct Stage<'a> {
     references: BTreeMap<FrameIndex, Image>,
     shows_nothing: Option<String>,
     baseline: Latest<Rc<Picture<'a>>>,
-    /// Of each site and filter the picture of the frame that was asked for last.
+    /// The picture of the frame used last, by site and filter.
     raw_images: BTreeMap<(Site, Filter), (FrameIndex, Image)>,
 }
 
@@ -107,7 +107,7 @@ impl<'a> Stage<'a> {
         self.scene.frames
     }
 
-    /// What every picture of a frame is compared with: uncompressed, manual trilinear filter, same step.
+    /// The reference of every picture of a frame: uncompressed, manual trilinear filter, same step.
     ///
     /// # Errors
     /// When the scene does not draw the frame.
@@ -115,13 +115,13 @@ impl<'a> Stage<'a> {
         self.references.get(&frame).ok_or_else(|| format!("frame {} has no reference", frame.0))
     }
 
-    /// The remark on references that show nothing, and why; `None` where all show something.
+    /// The remark on blank references, with the reason. `None` if all show something.
     #[must_use]
     pub fn shows_nothing(&self) -> Option<&str> {
         self.shows_nothing.as_deref()
     }
 
-    /// What every frame time of a frame is divided by: raw texture with hardware linear filtering.
+    /// The baseline of every frame time of a frame: raw texture with hardware linear filtering.
     ///
     /// # Errors
     /// When the target refuses.
@@ -133,7 +133,7 @@ impl<'a> Stage<'a> {
         })
     }
 
-    /// A frame of the original, as raw gave it back.
+    /// A frame of the original, decoded from raw.
     ///
     /// # Errors
     /// A sentence, when it cannot be decoded.
@@ -172,7 +172,7 @@ impl<'a> Stage<'a> {
         self.target.picture(self.renderer, view, voxels).map_err(|e| e.to_string())
     }
 
-    /// Raw's picture of a frame under a site and filter, drawn once.
+    /// Raw's picture of a frame for a site and filter, drawn once.
     ///
     /// # Errors
     /// When the target refuses.

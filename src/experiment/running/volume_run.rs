@@ -25,8 +25,8 @@ use crate::site::target::Target;
 
 type Stages<'a> = BTreeMap<(&'a str, &'a str), Result<Stage<'a>, String>>;
 
-/// One volume on one device. Ends early when the run is stopped or the device is lost; what is then not in the
-/// ledger has not run.
+/// One volume on one device. Ends early if the run is stopped or the device is lost. Cells that are then not in the
+/// ledger have not run.
 pub(super) struct VolumeRun<'a> {
     pub(super) run: &'a Run<'a>,
     pub(super) volume: &'a LoadedVolume,
@@ -34,8 +34,8 @@ pub(super) struct VolumeRun<'a> {
 }
 
 impl<'a> VolumeRun<'a> {
-    /// Runs these cells of the volume, and draws the references that are missing for others. Where nothing is
-    /// missing, nothing is encoded.
+    /// Runs these cells of the volume, and draws missing references of others. If nothing is missing, nothing is
+    /// encoded.
     pub(super) fn run(&self, cells: &[Numbered<'a>], ledger: &mut Ledger<'_>) -> Result<(), RunError> {
         let staged: Vec<&Cell> = self
             .run
@@ -123,7 +123,7 @@ impl<'a> VolumeRun<'a> {
         Ok(stages)
     }
 
-    /// The cells of one codec and setting, which share what is encoded.
+    /// The cells of one codec and setting, which share a stream.
     fn codec_cells<'b>(
         &self,
         cells: &[Numbered<'b>],
@@ -148,7 +148,7 @@ impl<'a> VolumeRun<'a> {
             }
             let of_level: Vec<Numbered<'b>> =
                 cells.iter().copied().filter(|n| n.cell.level() == level).collect();
-            // What all stages decode to is at hand.
+            // All stages are already decoded.
             let at_level = match &encoded {
                 Ok(encoded) if level != encoded.level => Some(encoded.at(level, &self.volume.volume)),
                 _ => None,
@@ -158,7 +158,7 @@ impl<'a> VolumeRun<'a> {
         Ok(())
     }
 
-    /// Those of them that are drawn at one level.
+    /// The cells that draw one level.
     fn level_cells<'b>(
         &self,
         cells: &[Numbered<'b>],
@@ -176,7 +176,7 @@ impl<'a> VolumeRun<'a> {
             }
             (self.run.report)(ledger.done(), &cell.id());
             let mut record = self.run.empty_record(cell, self.volume, self.target);
-            // All at once: each entry of the list is synced.
+            // Listed all at once, because each entry of the list is synced.
             let names = of_id(&cell.id());
             let announced = self.run.out.announce(&names.each_ref().map(String::as_str));
             announced.map_err(|e| RunError(e.to_string()))?;

@@ -35,7 +35,7 @@ pub struct Source {
     cells: Vec<Entry>,
 }
 
-/// One record and where it lies.
+/// One record and its place.
 #[derive(Clone, Debug)]
 struct Entry {
     source: usize,
@@ -45,12 +45,12 @@ struct Entry {
 }
 
 impl Source {
-    /// Reads the results in a folder: the records that its `results.json` lists, each from its cell's file.
+    /// Reads the results in a folder: the records that `results.json` lists, each from its cell's file.
     ///
     /// # Errors
     /// When the folder holds no results, or lacks the file of a cell.
     pub fn read(folder: &Path) -> Result<Self, MergeError> {
-        // The message of this error names the file, and so the folder.
+        // The error's message names the file, and so the folder.
         let results = Results::read(&folder.join("results.json")).map_err(|e| refuse(folder, e))?;
         let mut found = BTreeMap::new();
         let mut damaged = Vec::new();
@@ -89,7 +89,7 @@ impl Source {
         self.cells.iter().filter(|entry| !entry.file.sealed).count()
     }
 
-    /// Where the records come from.
+    /// Origin of the records.
     #[must_use]
     pub const fn provenance(&self) -> &Provenance {
         &self.results.provenance
@@ -103,8 +103,8 @@ pub struct Merged {
     entries: Vec<Entry>,
 }
 
-/// Joins results. Records stand in `order`, those that it does not know behind the others. Of records of one cell,
-/// those with one key are one, and one that ended well is preferred; those of several devices are all kept.
+/// Joins results. Records are in `order`, followed by unknown ones. Of records with one cell and key, one is kept,
+/// preferably one that did not fail. Records of several devices are all kept.
 ///
 /// # Errors
 /// When a folder holds another experiment, or a cell that has come out otherwise on the same device.
@@ -156,7 +156,7 @@ impl Merged {
         order.iter().filter(|name| !known.contains(*name)).count()
     }
 
-    /// Names that the cells will have in the folder of all.
+    /// Names of the cells in the merged folder.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let mut stems = BTreeSet::new();
@@ -173,8 +173,8 @@ impl Merged {
         self.entries.iter().map(&mut name).collect()
     }
 
-    /// Writes cells, pictures, `results.csv` and `results.json`. Results that the folder held before go once all cells and
-    /// pictures are there.
+    /// Writes cells, pictures, `results.csv` and `results.json`. Old results are removed after all cells and pictures
+    /// are written.
     ///
     /// # Errors
     /// When a picture is missing or has changed, or a file cannot be written.
@@ -210,7 +210,7 @@ impl Merged {
         Ok(Results { provenance, records, refused })
     }
 
-    /// Copies the files of a cell, under the name `stem`.
+    /// Copies the files of a cell, with the name `stem`.
     fn copy_cell(&self, entry: &Entry, stem: &str, out: &OutFolder) -> Result<CellFile, MergeError> {
         let folder = &self.sources[entry.source].folder;
         let Entry { file, .. } = entry;
@@ -237,7 +237,7 @@ impl Merged {
         Ok(copy)
     }
 
-    /// The origin of all; what differs between the folders stands side by side.
+    /// The joint provenance. Differences between the folders are listed side by side.
     #[must_use]
     pub fn provenance(&self) -> Provenance {
         let all: Vec<&Provenance> = self.sources.iter().map(Source::provenance).collect();
@@ -276,7 +276,7 @@ impl Merged {
     }
 }
 
-/// A folder as a part, or the parts that it was merged from.
+/// A folder as a part, or the parts of a merged folder.
 fn parts(source: &Source) -> Vec<Part> {
     let p = source.provenance().clone();
     if !p.parts.is_empty() {
@@ -298,8 +298,8 @@ fn parts(source: &Source) -> Vec<Part> {
     }]
 }
 
-/// Copies a picture, whole or not at all. Only paths that stay below the folder are read: a record is data, and must
-/// not pull other files into results that are then passed on.
+/// Copies a picture completely, or not at all. Only paths inside the folder are read: a record is data, and must not
+/// add other files to results that are passed on.
 fn copy(
     folder: &Path,
     path: &str,

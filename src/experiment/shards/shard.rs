@@ -1,4 +1,4 @@
-//! Shards: the cells of an experiment, dealt out to several runs.
+//! Shards: the cells of an experiment, distributed over several runs.
 
 use std::fmt;
 use std::str::FromStr;
@@ -15,9 +15,8 @@ pub struct Shard {
 impl Shard {
     /// The cells of this share, in their order.
     ///
-    /// Groups of one volume, codec and settings are dealt out in turn and never split, so that nothing is encoded
-    /// in two shards. All shards together hold each cell once; where there are fewer groups than shards, some
-    /// are empty.
+    /// Groups of one volume, codec and settings are distributed in turn and never split, so no stream is encoded in two
+    /// shards. All shards together hold each cell once. If there are fewer groups than shards, some are empty.
     #[must_use]
     pub fn select(&self, cells: Vec<Cell>) -> Vec<Cell> {
         let mut group = 0;
@@ -33,7 +32,7 @@ impl Shard {
     }
 }
 
-/// Whether two cells share what was encoded.
+/// Whether two cells share an encoded stream.
 #[must_use]
 pub fn same_group(a: &Cell, b: &Cell) -> bool {
     a.volume == b.volume && a.codec == b.codec && a.settings == b.settings

@@ -17,7 +17,7 @@ use shape::{Key, Relation, Shape, Table};
 pub(super) const ALL_STAGES: &str = "all";
 /// Most stages that can be asked for.
 pub(super) const MOST_STAGES: i64 = 254;
-/// Highest resolution that can be asked for: beyond it no axis is longer than one voxel.
+/// Highest allowed resolution. Beyond it, no axis is longer than one voxel.
 pub(super) const MOST_RESOLUTION: i64 = 32;
 
 /// All that a configuration holds.

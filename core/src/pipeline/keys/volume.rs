@@ -5,10 +5,10 @@ use crate::codec::SettingKind;
 use crate::pipeline::ByteOrder;
 use crate::volume::{SampleType, StoredType};
 
-/// Voxels along each axis of a generated volume, unless the configuration says otherwise.
+/// Default number of voxels along each axis of a generated volume.
 pub(in crate::pipeline) const DEFAULT_EDGE: u32 = 64;
 
-/// Keys that describe a headerless file, and what each of them asks for.
+/// Keys of a headerless file, each with the keys that it requires.
 pub(in crate::pipeline) const RAW_NEEDS: [(&str, &[&str]); 6] = [
     ("dims", &["dtype"]),
     ("dtype", &["dims"]),

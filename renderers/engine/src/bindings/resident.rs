@@ -7,7 +7,7 @@ use wgpu::util::DeviceExt as _;
 use super::{Parts, Supplies};
 use crate::{Device, EngineError};
 
-/// What one binding holds on the device.
+/// The content of one binding on the device.
 #[derive(Debug)]
 pub(super) enum Resident {
     Buffer(wgpu::Buffer),
@@ -54,7 +54,7 @@ pub(super) fn resident(
             let whole = supplies.buffers.get(*resource).ok_or_else(|| missing("a buffer of the codec"))?;
             let part = part_of(&whole.words, *first, *words)
                 .ok_or_else(|| missing(&format!("words beyond the end of `{}`", whole.name)))?;
-            // An empty buffer cannot be bound: the contract has it bound as one zero word.
+            // An empty buffer cannot be bound, so it is bound as one zero word.
             let part = if part.is_empty() { &[0] } else { part };
             let buffer = device.filled_buffer(whole.name, storage, bytemuck::cast_slice(part))?;
             parts.insert((*resource, *first), buffer.clone());
@@ -67,13 +67,13 @@ pub(super) fn resident(
         BindingKind::VolumeTexture { .. } => {
             Resident::Texture(supplies.texture.ok_or_else(|| missing("a texture"))?.view().clone())
         }
-        // Clamped to the edge, as the manual filter does; a ring goes around from its last layer to the first.
+        // Clamped to the edge, like the manual filter. A ring continues from its last layer to the first.
         BindingKind::VolumeSampler => sampler(device, wgpu::AddressMode::ClampToEdge),
         BindingKind::RingSampler => sampler(device, wgpu::AddressMode::Repeat),
     })
 }
 
-/// Writes the contents of a binding over what it holds, or, where they have another size, what it is to hold instead.
+/// Overwrites the contents of a binding. If their size differs, returns a new resident instead.
 /// Call it inside of a guard.
 pub(super) fn rewritten(
     device: &Device,
@@ -86,7 +86,7 @@ pub(super) fn rewritten(
             device.queue().write_buffer(buffer, 0, &uniforms(members, inputs)?);
         }
         (BindingKind::Storage { name, .. }, Resident::Buffer(buffer)) => {
-            // What is not among the inputs is a buffer of the engine's.
+            // A variable that is not among the inputs is a buffer of the engine.
             let Some(contents) = inputs.iter().find(|contents| contents.name == *name) else {
                 return Ok(None);
             };
@@ -118,7 +118,7 @@ fn missing(what: &str) -> EngineError {
     EngineError::Unsupported(format!("the shader reads {what}, which the plan lacks"))
 }
 
-/// What a variable holds; not nothing.
+/// The content of a variable. It must not be empty.
 fn contents_of<'a>(name: &str, inputs: &'a [Contents]) -> Result<&'a [u8], EngineError> {
     let contents = inputs.iter().find(|contents| contents.name == name && !contents.bytes.is_empty());
     contents.map(|contents| &contents.bytes[..]).ok_or_else(|| missing(&format!("`{name}`")))
@@ -185,7 +185,7 @@ fn sampler(device: &Device, along_z: wgpu::AddressMode) -> Resident {
     }))
 }
 
-/// Words `first..first + words`; an empty buffer has one part, of no words or of the one zero word.
+/// Words `first..first + words`. An empty buffer has one part, with no words or with one zero word.
 fn part_of(all: &[u32], first: u64, words: u64) -> Option<&[u32]> {
     if all.is_empty() {
         return (first == 0 && words <= 1).then_some(all);

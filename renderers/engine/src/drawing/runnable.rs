@@ -109,7 +109,7 @@ impl Runnable {
     }
 }
 
-/// Workgroups of a pass that computes.
+/// Workgroups of a compute pass.
 fn workgroups(device: &Device, pass: &Pass, size: [u32; 2]) -> Result<[u32; 3], EngineError> {
     let workgroups = match pass.pipeline.stage {
         Stage::Rays(_) => rays::workgroups(size),

@@ -1,4 +1,4 @@
-//! What lies in a folder before a run, and whether it may go.
+//! The content of a folder before a run, and whether it may be removed.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::experiment::records::provenance::Provenance;
 /// Files that are named in a refusal.
 const NAMED: usize = 3;
 
-/// What a run wants of a folder.
+/// The requirements of a run on its folder.
 #[derive(Debug)]
 pub struct Claim<'a> {
     /// Whose results they will be.
@@ -25,11 +25,11 @@ pub struct Claim<'a> {
     pub cells: BTreeSet<String>,
     /// Files that it writes beside the folders for cells.
     pub lists: &'static [&'static str],
-    /// Where they come from; `None` for an atlas.
+    /// Their origin. `None` for an atlas.
     pub provenance: Option<&'a Provenance>,
-    /// What version 0.1.0 left in the folder, which kept no list.
+    /// Finds the files of version 0.1.0, which kept no list.
     pub earlier: fn(&Path) -> Option<Earlier>,
-    /// How the user names another folder, and what else there is to do.
+    /// Options of the command, for advice in errors.
     pub ways: Ways,
 }
 
@@ -53,11 +53,11 @@ pub struct Earlier {
 
 /// What may be done.
 pub(super) enum Verdict {
-    /// There is nothing of ours, and nothing of others unless it is to stay beside.
+    /// The folder has no files of ours. It has files of others only if they may stay.
     Vacant { empty: bool },
     /// These files are ours, and stay.
     Kept(BTreeSet<String>),
-    /// These files are ours, and go once there is something to take their place; a line says so where it matters.
+    /// These files are ours and are removed once there are new results. A line says so if it matters.
     Replaced { names: BTreeSet<String>, line: Option<String> },
 }
 
@@ -99,7 +99,7 @@ pub(super) fn judge(path: &Path, claim: &Claim<'_>, existing: Existing) -> Resul
         }
         return Ok(Verdict::Kept(names));
     }
-    // A run that ended before its first cell has left nothing that anyone could miss.
+    // A run that ended before its first cell has left nothing of value.
     if cells.is_empty() && !names.iter().any(is_lists) {
         return Ok(Verdict::Replaced { names, line: None });
     }
@@ -155,7 +155,7 @@ fn refusal(path: &Path, claim: &Claim<'_>, owner: &Owner, cells: &[&str], reason
     )
 }
 
-/// Files of these cells, and reference pictures, in a folder that version 0.1.0 wrote: what it was about to list when it
+/// Files of these cells, and reference pictures, in a folder of version 0.1.0: files that it was about to list when it
 /// was killed.
 fn of_cells(path: &Path, cells: &BTreeSet<String>) -> Vec<String> {
     let is_of_cell = |name: &str| name.match_indices('.').any(|(at, _)| cells.contains(&name[..at]));
@@ -180,7 +180,7 @@ fn cells(names: &BTreeSet<String>) -> Vec<&str> {
     names.iter().filter_map(|name| stem(name).map(|(at, length)| &name[at..at + length])).collect()
 }
 
-/// What a folder holds beside what killed runs left half-written, and the folders that such runs made and left empty.
+/// The content of a folder, except half-written files of killed runs and the empty folders that such runs made.
 fn foreign(path: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
     let is_empty =

@@ -1,4 +1,4 @@
-//! What killed processes leave half-written in a folder of results. It bears names that nothing else has.
+//! Half-written files of killed processes in a folder of results. Their names are unique to them.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ pub fn remove(folder: &Path, below: &[&str]) {
         for entry in std::fs::read_dir(place).into_iter().flatten().flatten() {
             if is_temporary(&entry.file_name().to_string_lossy()) {
                 let path = entry.path();
-                // A link is removed, and not what it leads to.
+                // A link is removed, not its target.
                 let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
                 let _ = if is_folder { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
             }

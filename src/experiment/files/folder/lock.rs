@@ -3,13 +3,13 @@
 use std::fs::{File, TryLockError};
 use std::path::Path;
 
-/// A folder that no other run writes to. The system frees it when the process ends, however it ends.
+/// A lock on a folder against other runs. The system frees it when the process ends in any way.
 #[derive(Debug)]
 pub struct Lock {
     _folder: Option<File>,
 }
 
-/// Claims a folder for this process. Where the system cannot lock folders, nothing is claimed.
+/// Claims a folder for this process. If the system cannot lock folders, nothing is claimed.
 ///
 /// # Errors
 /// When another process has claimed it.

@@ -1,9 +1,8 @@
-//! `cvr-files.jsonl`: what makes a folder one of results, and the files in it that are ours.
+//! `cvr-files.jsonl`: the list that marks a folder of results and names our files in it.
 //!
-//! The first line says whose results they are, each further one names a file, relative to the folder, as a JSON string. A
-//! name is appended and synced before its file appears, so that whatever ends a process leaves no file of ours that the
-//! list lacks; a name without a file, or a last line that was cut, does no harm. Nothing but what the list names is ever
-//! removed.
+//! The first line names the owner. Each further line is a file name relative to the folder, as a JSON string. A name is
+//! appended and synced before its file appears. So if the process dies, every file of ours is listed. A name without a
+//! file, or an incomplete last line, is harmless. Only listed files are ever removed.
 
 use std::collections::BTreeSet;
 use std::fs::OpenOptions;
@@ -24,7 +23,8 @@ pub struct Marker {
 }
 
 impl Marker {
-    /// Reads the list of a folder; `None` where there is none. Names that leave the folder are left out: a list is data.
+    /// Reads the list of a folder. `None` if there is none. Names outside the folder are ignored, because a list is
+    /// data.
     pub fn read(folder: &Path) -> Option<Self> {
         let bytes = std::fs::read(folder.join(MARKER)).ok()?;
         let text = String::from_utf8_lossy(&bytes);
@@ -34,7 +34,7 @@ impl Marker {
         Some(Self { owner, names: names.filter(|name| is_below(name)).collect() })
     }
 
-    /// Writes the whole list, in place of any that was there.
+    /// Writes the whole list and replaces an older one.
     pub fn write(&self, folder: &Path) -> Result<(), ResultsError> {
         let path = folder.join(MARKER);
         let line = |value: Result<String, serde_json::Error>| value.map_err(|e| ResultsError::new(&path, e));
@@ -60,7 +60,7 @@ impl Marker {
         let mut file = OpenOptions::new().append(true).open(&path).map_err(fail)?;
         let before = file.metadata().map_err(fail)?.len();
         if let Err(e) = file.write_all(text.as_bytes()).and_then(|()| file.sync_data()) {
-            // The next name must not be written behind half of this one.
+            // The next name must not be appended to half of this one.
             let _ = file.set_len(before);
             return Err(fail(e));
         }

@@ -1,7 +1,7 @@
-//! The folder of results: whose it is, which files in it are ours, and what becomes of those that an earlier run left.
+//! The folder of results: its owner, the files in it that are ours, and the handling of an earlier run's files.
 //!
-//! A list (`marker`) names every file of ours, and only these are ever replaced or removed. Results of an earlier run
-//! stand until the new one has its first cell: until then its files lie in a temporary folder beside them.
+//! A list (`marker`) names every file of ours. Only listed files are replaced or removed. Results of an earlier run
+//! stay until the new run has its first cell. Until then, new files are in a temporary folder next to them.
 
 mod judge;
 mod leftovers;
@@ -27,22 +27,22 @@ use crate::experiment::identity::owner::Owner;
 use judge::Verdict;
 use marker::Marker;
 
-/// Folders of results, below the one that is named.
+/// Folders of results, below the given folder.
 const BELOW: [&str; 5] = [IMAGES, FRAMES, ERRORS, CELLS, CHARTS];
 
-/// What is to become of results that a folder holds.
+/// What happens to existing results in a folder.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// Those of the same experiment are replaced, all else is refused.
+    /// Results of the same experiment are replaced. Anything else is refused.
     Replace,
-    /// They stay, and cells that are as they would come out are taken over.
+    /// They stay, and cells with unchanged inputs are taken over.
     Resume,
-    /// They are removed whatever they are of, and files of others stay beside the new ones.
+    /// Any results are removed, and files of others stay.
     Overwrite,
 }
 
 impl Existing {
-    /// What the options `--resume` and `--overwrite` ask for.
+    /// The meaning of the options `--resume` and `--overwrite`.
     #[must_use]
     pub const fn of(resume: bool, overwrite: bool) -> Self {
         match (resume, overwrite) {
@@ -72,8 +72,8 @@ struct Staged {
 }
 
 impl OutFolder {
-    /// Makes a folder, claims it for this process, and judges what lies in it. Says in a line that results of an earlier run
-    /// are going to be replaced. Nothing is removed yet but what killed runs left half-written.
+    /// Creates a folder, claims it for this process, and judges its content. Says in a line that results of an earlier
+    /// run will be replaced. Removes only half-written files of killed runs.
     ///
     /// # Errors
     /// When it holds what must not be replaced, with the ways out; when another process writes to it; when it cannot be
@@ -83,7 +83,7 @@ impl OutFolder {
         std::fs::create_dir_all(path).map_err(fail)?;
         let lock = lock(path)?;
         let owner = claim.owner.clone();
-        // In a folder of others, what looks half-written may be just being written by another process.
+        // In a folder of others, a file that looks half-written may belong to a running process.
         let (names, replaces, sweeps) = match judge::judge(path, claim, existing)? {
             Verdict::Vacant { empty } => (BTreeSet::new(), false, empty),
             Verdict::Kept(names) => (names, false, true),
@@ -121,7 +121,7 @@ impl OutFolder {
         Ok(out)
     }
 
-    /// Claims a folder as it is, whatever it holds: what its list names stays ours, and all else stays another's.
+    /// Claims a folder with any content. Listed files stay ours, all others stay foreign.
     ///
     /// # Errors
     /// When another process writes to it, or it cannot be made.
@@ -140,26 +140,26 @@ impl OutFolder {
         &self.path
     }
 
-    /// Whether what an earlier run finished is taken over.
+    /// Whether finished cells of an earlier run are taken over.
     #[must_use]
     pub const fn resumes(&self) -> bool {
         self.resumes
     }
 
-    /// Whether results of an earlier run still stand in the folder, and none of this one.
+    /// Whether the folder still holds results of an earlier run and none of this one.
     #[must_use]
     pub fn is_waiting(&self) -> bool {
         self.staged.read().unwrap_or_else(PoisonError::into_inner).is_some()
     }
 
-    /// Where a file lies that was written, relative to the folder.
+    /// The folder with the written files.
     #[must_use]
     pub fn current(&self) -> PathBuf {
         let staged = self.staged.read().unwrap_or_else(PoisonError::into_inner);
         staged.as_ref().map_or_else(|| self.path.clone(), |staged| staged.folder.path().to_owned())
     }
 
-    /// Writes a file, whole or not at all. `name` is relative to the folder, with `/` between its parts.
+    /// Writes a file completely, or not at all. `name` is relative to the folder, with `/` as separator.
     ///
     /// # Errors
     /// When it cannot be written, or a file of that name is none of ours.
@@ -191,8 +191,8 @@ impl OutFolder {
         if staged.is_some() { Ok(()) } else { self.marker().append(&self.path, names) }
     }
 
-    /// Results of this run take the place of those of an earlier one, which are removed. Without such, or once that is
-    /// done, nothing happens.
+    /// Replaces the results of an earlier run by this run's, and removes the old ones. Without old results, or when
+    /// called again, nothing happens.
     ///
     /// # Errors
     /// When a file cannot be moved or the list not written.
@@ -205,7 +205,7 @@ impl OutFolder {
         // Wherever this ends, the list names all that is ours.
         *marker = Marker { owner, names: old.union(&names).cloned().collect() };
         marker.write(&self.path)?;
-        // First what lists others, so that no record outlives what it names.
+        // Files that list others go first, so that no record outlives its files.
         let (lists, files): (Vec<&String>, Vec<&String>) = old.iter().partition(|name| !name.contains('/'));
         let (cells, files): (Vec<&String>, Vec<&String>) =
             files.into_iter().partition(|name| name.starts_with(&format!("{CELLS}/")));
@@ -217,7 +217,7 @@ impl OutFolder {
         marker.write(&self.path)?;
         for name in &names {
             let staged = folder.path().join(name);
-            // What was entered and could not be written is not there.
+            // A file that was listed but could not be written does not exist.
             if staged.exists() {
                 let path = self.path.join(name);
                 place(&path, |path| std::fs::rename(&staged, path).map_err(|e| ResultsError::new(path, e)))?;
@@ -226,7 +226,7 @@ impl OutFolder {
         Ok(())
     }
 
-    /// Removes the files of ours in a folder below that are not among these.
+    /// Removes our files in a subfolder, except these.
     ///
     /// # Errors
     /// When one cannot be removed.
@@ -236,7 +236,7 @@ impl OutFolder {
         listed.iter().filter(|name| !names.contains(name)).try_for_each(|name| self.remove_file(name))
     }
 
-    /// Refuses a name under which there is a file that is not ours.
+    /// Refuses a name that a foreign file has.
     fn check(&self, name: &str) -> Result<(), ResultsError> {
         let path = self.path.join(name);
         if !is_below(name) {
@@ -253,7 +253,7 @@ impl OutFolder {
     fn remove_file(&self, name: &str) -> Result<(), ResultsError> {
         let path = self.path.join(name);
         match std::fs::remove_file(&path) {
-            // A folder of that name is not what was written.
+            // A folder with that name is not one of our files.
             Err(e) if e.kind() != std::io::ErrorKind::NotFound && !path.is_dir() => {
                 Err(ResultsError::new(&path, e))
             }
@@ -273,7 +273,7 @@ impl OutFolder {
     }
 }
 
-/// Whether a file is one of the results that its folder, or the folder above it, lists as its own.
+/// Whether a file is one of the results that its folder, or the parent folder, lists.
 #[must_use]
 pub fn is_result(path: &Path) -> bool {
     let Ok(path) = path.canonicalize() else { return false };
@@ -284,7 +284,7 @@ pub fn is_result(path: &Path) -> bool {
     path.ancestors().skip(1).take(2).any(|folder| listed(folder).is_some())
 }
 
-/// Makes the folder of a file, and then the file.
+/// Creates the folder of a file, then the file.
 fn place(path: &Path, make: impl FnOnce(&Path) -> Result<(), ResultsError>) -> Result<(), ResultsError> {
     let folder = file::folder_of(path);
     std::fs::create_dir_all(folder).map_err(|e| ResultsError::new(folder, e))?;
