@@ -1,4 +1,4 @@
-//! What a further view of a volume takes, beside the first one and beside the drawing alone.
+//! Time of a further view of a volume, compared with the first view and with drawing alone.
 //! `docs/benchmarks/further-views.md` gives the command and the figures.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may end in a panic")]
@@ -85,7 +85,7 @@ fn measure(device: &Device, renderer: &dyn Renderer, source: &DrawSource<'_>) ->
     [first, median(further), median(alone)]
 }
 
-/// A decoder whose snippet reads the number of stages out of a buffer.
+/// A decoder whose snippet reads the number of stages from a buffer.
 #[derive(Debug)]
 struct StagesRead {
     inner: Box<dyn Decoder>,
@@ -142,7 +142,7 @@ impl ShaderDecode for StagesRead {
 
 fn decoder(names: &Names, id: &str) -> Box<dyn Decoder> {
     let codec = names.codecs().get(id).unwrap();
-    let settings = Settings::default().complete(codec.info()).unwrap();
+    let settings = codec.info().complete(&Settings::default()).unwrap();
     let stream = encode_temporary(codec.as_ref(), &settings, &volume()).unwrap();
     codec.decoder(Arc::new(stream)).unwrap()
 }
@@ -151,7 +151,7 @@ fn inline<'a>(codec: &'a str, decoder: &'a dyn Decoder) -> DrawSource<'a> {
     DrawSource::Inline { codec, decoder, frame: FrameIndex::FIRST, level: Level::FULL }
 }
 
-/// Milliseconds of a frame whose stages stand in the text, and of one whose stages are read, in turn.
+/// Milliseconds of a picture with the number of stages as a constant, and of one that reads it, timed alternately.
 fn stages(device: &Device, id: &str, decoders: [Box<dyn Decoder>; 2]) -> [f64; 2] {
     let [constant, read] = decoders;
     let read = StagesRead::new(id, read);

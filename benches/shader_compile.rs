@@ -1,12 +1,12 @@
-//! How long generated shaders take until they have drawn, and how often the decoder stands in each.
+//! Time until generated shaders have drawn, and the number of copies of the decoder in each.
 //!
 //! ```text
 //! MESA_SHADER_CACHE_DISABLE=true cargo bench --bench shader_compile [-- CODEC …]
 //! ```
 //!
-//! Every codec × channels × renderer × filter × optics at the site *inline*, then the passes that decode and dump. Of each the
-//! shaders are generated, compiled and run once over a few pixels: drivers compile as late as then. What counts is CPU time of
-//! the process, which other work on the machine leaves as it is.
+//! Every codec × channels × renderer × filter × optics at the site *inline*, then the decoding and dumping passes. Each
+//! shader is generated, compiled and run once over a few pixels, because drivers compile as late as that. The CPU time
+//! of the process is measured, because other work on the machine does not affect it.
 
 #[path = "../tests/host/copies.rs"]
 #[allow(dead_code, clippy::unwrap_used, reason = "it is a module of tests, which use the rest")]
@@ -30,13 +30,13 @@ use cvr_engine::{Device, DeviceChoice, DrawSource, Drawing, VolumeTexture, proce
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// No multiple of any block.
+/// Not a multiple of any block.
 const SIZE_VOXELS: [u32; 3] = [9, 7, 5];
 const SIZE_PIXELS: [u32; 2] = [8, 8];
 const RENDERERS: [&str; 2] = ["raycasting", "slicing"];
 const FRAME: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
 
-/// What a scene has beside its transfer function.
+/// The parts of a scene besides its transfer function.
 #[derive(Copy, Clone)]
 enum Optics {
     Unlit,
@@ -45,7 +45,7 @@ enum Optics {
     Everything,
 }
 
-/// The defaults of every codec, and settings under which its snippet takes another way.
+/// The defaults of every codec, and settings with which its snippet takes another path.
 const MORE: [(&str, &[(&str, &str)]); 3] = [
     ("tvq", &[("payload", "variable"), ("rate", "0.5")]),
     ("s3dc", &[("block", "3x5x2")]),
@@ -155,8 +155,8 @@ impl Row<'_> {
         Ok((cells, slowest))
     }
 
-    /// CPU time until a shader has drawn, and the decoders in it. Slices are compiled twice: as they are drawn, and as they
-    /// are looked at; the time is that of one on average.
+    /// CPU time until a shader has drawn, and its number of decoders. Slices are compiled twice, for drawing and for
+    /// the check; the time is their mean.
     fn drawn(&self, label: &str, view: &View, decoder: &dyn Decoder) -> Outcome<(Duration, u64)> {
         let id = self.codec.info().id;
         let plan = renderer(label)?.plan(view, decoder.layout())?;
@@ -172,7 +172,7 @@ impl Row<'_> {
     }
 }
 
-/// CPU time of this process, or where the system does not tell it, the time that has passed.
+/// CPU time of this process. If the system does not report it, elapsed time.
 fn clock() -> Duration {
     static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
     process_cpu_time().unwrap_or_else(|| START.elapsed())

@@ -1,5 +1,5 @@
-//! What an exact transfer function costs beside a table of 1024 entries: the same scene with either, in turn, on this
-//! machine's device. `docs/benchmarks/transfer-function.md` tells the command and what came out.
+//! Cost of an exact transfer function compared with a table of 1024 entries: the same scene with each, alternately, on
+//! this machine's device. `docs/benchmarks/transfer-function.md` gives the command and the figures.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may end in a panic")]
 
@@ -78,7 +78,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     sorted[sorted.len() / 2]
 }
 
-/// CPU time of a frame where the system tells it, which other work on the machine disturbs least; wall clock elsewhere.
+/// CPU time of a picture if the system reports it, because other work disturbs it least. Else the wall clock.
 fn cost(drawing: &Drawing) -> f64 {
     let time = drawing.draw_timed().unwrap();
     time.cpu_ms.unwrap_or(time.wall_ms)
@@ -88,7 +88,7 @@ fn main() {
     let device = Device::open(&DeviceChoice::Auto).unwrap();
     let names = Names::new().unwrap();
     let raw = names.codecs().get("raw").unwrap();
-    let settings = Settings::default().complete(raw.info()).unwrap();
+    let settings = raw.info().complete(&Settings::default()).unwrap();
     let stream = encode_temporary(raw.as_ref(), &settings, &waves()).unwrap();
     let decoder: Box<dyn Decoder> = raw.decoder(Arc::new(stream)).unwrap();
     let frame = DecodedFrame::decode(decoder.as_ref(), FrameIndex::FIRST).unwrap();

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# HDF5 gives back the original, not what a lossy filter has made of it, until the file is opened anew.
+# HDF5 gives back the original, not what a lossy filter has made of it, until the file is opened again.
 #
 # Expected: a dataset with a lossy filter (zfp, SZ3, SPERR) reads back as the filter decodes it, once it is written and
 # flushed; so the error of a compressor can be measured by writing and reading.
@@ -28,7 +28,7 @@ path = sys.argv[1] + "/volume.h5"
 
 
 def errors(side):
-    """The largest error as read after a flush, and as read from the file opened anew."""
+    """The largest error as read after a flush, and as read from the file opened again."""
     volume = numpy.random.default_rng(1).standard_normal((side,) * 3).astype(numpy.float32)
     with h5py.File(path, "w") as file:
         dataset = file.create_dataset("v", data=volume, chunks=volume.shape, **hdf5plugin.Zfp(rate=8))

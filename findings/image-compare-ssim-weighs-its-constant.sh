@@ -6,7 +6,7 @@
 # Happens (image-compare 0.5.0, scikit-image 0.26.0): on a dim object before a black ground its distance from 1 is 29
 # times the paper's. Its tiles of 8 x 8 pixels carry variances and covariance as *sums* over the tile. The constant C2
 # then weighs 1/64 of what it weighs in the paper, and noise that no eye sees counts as lost structure. Figures of the
-# two programs must not stand in one table.
+# two programs must not be in one table.
 #
 # Runs without cvr: one small program in Rust and one in Python over the same two pictures, versions pinned below, in a
 # temporary folder. Needs cargo and python3 with venv. Exit code 0: it is still so; 1: it has changed; 2: it could not run.

@@ -4,13 +4,13 @@
 # Expected: with a point-wise error tolerance t, every value that comes back is within t of the original, as the
 # compressor promises and as SZ3 and zfp keep it on the same input.
 # Happens (SPERR as in hdf5plugin 7.1.0): values are corrected in double precision and rounded to single precision after
-# that, and the rounding is not counted. Where half a unit in the last place is not small beside t, the error exceeds the bound:
+# that, and the rounding is not counted. Where half a unit in the last place is not small compared with t, the error exceeds the bound:
 # by 56 % on values near a million with t = 0.04, and by a part of a percent on values near one with t a millionth of
 # their range. A comparison by error bound must measure the error of the decoded file, and allow SPERR half a unit in
 # the last place of the largest magnitude.
 #
 # Runs without cvr: SZ3, SPERR and zfp as HDF5 filters, versions pinned below, in a temporary folder. Files are closed
-# and opened anew before they are read. Needs python3 with venv. Exit code 0: it is still so; 1: it has changed; 2: it
+# and opened again before they are read. Needs python3 with venv. Exit code 0: it is still so; 1: it has changed; 2: it
 # could not run.
 set -euo pipefail
 folder=$(mktemp -d)

@@ -1,4 +1,4 @@
-//! Puts the commit that is built into the binary, where there is one.
+//! Puts the built commit into the binary, if there is one.
 
 use std::process::Command;
 

@@ -1,10 +1,10 @@
-//! Progress bars: on a terminal, and nowhere else.
+//! Progress bars, only on a terminal.
 
 use cvr_core::codec::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
 fn bar(length: u64, template: &str) -> ProgressBar {
-    // indicatif draws to standard error, and only where that is a terminal.
+    // indicatif draws to standard error, and only if it is a terminal.
     let bar = ProgressBar::new(length);
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
@@ -16,13 +16,13 @@ fn bar(length: u64, template: &str) -> ProgressBar {
 pub struct VoxelBar(ProgressBar);
 
 impl VoxelBar {
-    /// A bar over so many voxels.
+    /// A bar over a number of voxels.
     #[must_use]
     pub fn new(voxels: u64) -> Self {
         Self(bar(voxels, "{bar:40} {percent:>3} %  {eta} left"))
     }
 
-    /// What the encoder reports to.
+    /// Progress for the encoder to report to.
     #[must_use]
     pub fn progress(&self) -> Progress<'_> {
         Progress::new(|voxels| self.0.inc(voxels), None)
@@ -34,7 +34,7 @@ impl VoxelBar {
     }
 }
 
-/// What is tried, for estimates that take some seconds.
+/// Shows the current trial, for estimates that take some seconds.
 pub struct TrialBar(ProgressBar);
 
 impl TrialBar {
@@ -67,7 +67,7 @@ impl Default for TrialBar {
 pub struct CellBar(ProgressBar);
 
 impl CellBar {
-    /// A bar over so many cells.
+    /// A bar over a number of cells.
     #[must_use]
     pub fn new(cells: usize) -> Self {
         Self(bar(cells as u64, "{bar:30} {pos}/{len} cells, {eta} left  {wide_msg}"))
@@ -78,7 +78,7 @@ impl CellBar {
         let jumps = done as u64 > self.0.position() + 1;
         self.0.set_position(done as u64);
         if jumps {
-            // Cells that were taken over took no time, and tell nothing of those that are left.
+            // Cells that were taken over took no time, so they say nothing about the remaining time.
             self.0.reset_eta();
         }
         self.0.set_message(name.to_owned());

@@ -1,4 +1,4 @@
-//! What this application holds: the codecs and renderers, each named once.
+//! The codecs and renderers of this application. Each is named once.
 
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ pub fn renderers() -> Vec<Arc<dyn Renderer>> {
     vec![Arc::new(cvr_raycasting::Raycasting), Arc::new(cvr_slicing::Slicing::default())]
 }
 
-/// The renderer of this label: an id, and settings that differ from its defaults (`slicing,geometry=axis`).
+/// The renderer with this label: an id, and settings that differ from its defaults (`slicing,geometry=axis`).
 ///
 /// # Errors
 /// A sentence, when there is no such renderer or setting.
@@ -61,7 +61,7 @@ pub struct Names {
 }
 
 impl Names {
-    /// Names of everything in this application.
+    /// All codecs and renderers of this application.
     ///
     /// # Errors
     /// As [`codecs`].

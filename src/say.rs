@@ -1,4 +1,4 @@
-//! Standard output. Whoever reads it may stop: `cvr shader | head` is no mistake.
+//! Standard output. Its reader may stop early: `cvr shader | head` is not an error.
 
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write as _};
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::exit::BAD_INPUT;
 
-/// Prints a line like `println!`, but does not panic where nobody reads on.
+/// Prints a line like `println!`, but does not panic if the reader has gone.
 macro_rules! say {
     ($($argument:tt)*) => { $crate::say::line(format_args!($($argument)*)) };
 }
@@ -14,12 +14,12 @@ macro_rules! say {
 /// Whether standard output is the file that a command writes.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// From now on lines go to standard error: standard output is the file that a command writes.
+/// Sends later lines to standard error, because the command writes its file to standard output.
 pub fn on_standard_error() {
     TAKEN.store(true, Ordering::Relaxed);
 }
 
-/// Prints a line. A reader that has gone is no error; a disk that is full ends the process.
+/// Prints a line. A closed pipe is not an error. A full disk ends the process.
 pub fn line(text: Arguments<'_>) {
     if TAKEN.load(Ordering::Relaxed) {
         eprintln!("{text}");

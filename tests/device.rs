@@ -1,5 +1,5 @@
-//! Tests of the whole application on a device. Each asks for it through `cvr_engine::testing::test_device`, so that
-//! none skips in silence.
+//! Tests of the whole application on a device. Each gets it from `cvr_engine::testing::test_device`, so no test is
+//! skipped without a message.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 

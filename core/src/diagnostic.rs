@@ -1,5 +1,5 @@
-//! Errors that point at a source text: file, line, column, caret. Shared by the configuration (TOML) and the
-//! shader generator (WGSL).
+//! Errors that point at a source text: file, line, column, caret. The configuration (TOML) and the shader generator
+//! (WGSL) use them.
 
 mod quoted;
 
@@ -15,7 +15,7 @@ use quoted::{Quoted, Texts};
 /// A text and the name under which its author knows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceText {
-    /// Path, or what stands for one (`--set scene.size=…`).
+    /// Path, or a name for text without a file (`--set scene.size=…`).
     pub name: String,
     /// The whole text.
     pub text: String,
@@ -34,7 +34,7 @@ impl SourceText {
 pub struct Place {
     /// The text.
     pub source: Arc<SourceText>,
-    /// Bytes of it. A span beyond the end, or one that cuts a character, is narrowed when it is shown.
+    /// Byte range. When it is shown, a range beyond the end, or one that splits a character, is narrowed.
     pub span: Range<usize>,
 }
 
@@ -67,7 +67,7 @@ impl Place {
     }
 }
 
-/// A place and what is to be said of it.
+/// A place in a text, and a message about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
     /// Where.
@@ -91,9 +91,9 @@ pub struct Label {
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// What is wrong, in one sentence.
+    /// The problem in one sentence.
     pub message: String,
-    /// Where it is wrong; the heading names its file, line and column (both from 1, columns in characters).
+    /// The place of the problem. The heading names its file, line and column (both from 1, columns in characters).
     pub primary: Label,
     /// Further places, in this file or in others.
     pub secondary: Vec<Label>,
@@ -165,20 +165,20 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// Whether a character would move the cursor, hide itself or turn the direction of text.
+/// Whether a character would move the cursor, be invisible, or change the direction of text.
 fn is_unprintable(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
-/// Characters of a message or note that are shown; both may quote what stands in the text.
+/// Largest number of characters shown of a message or note. Both may quote the text.
 const LONGEST_TEXT: usize = 1000;
-/// Characters of a label that are shown.
+/// Largest number of characters shown of a label.
 const LONGEST_LABEL: usize = 300;
-/// Characters of a text's name that are shown.
+/// Largest number of characters shown of a text's name.
 const LONGEST_NAME: usize = 300;
 
-/// A message without characters that a terminal would obey, cut behind so many; line breaks stay.
+/// The message without control characters that a terminal would obey, cut after `longest` characters. Line breaks stay.
 fn printable(text: &str, longest: usize) -> String {
     let mut shown: String = text
         .chars()
@@ -191,8 +191,8 @@ fn printable(text: &str, longest: usize) -> String {
     shown
 }
 
-/// A source text without characters that a terminal would obey. Each is replaced by one of as many bytes, so
-/// that spans stay valid.
+/// A source text without control characters that a terminal would obey. Each is replaced by a character of as many
+/// bytes, so spans stay valid.
 fn printable_source(text: &str) -> String {
     let replace = |c: char| match (c, c.len_utf8()) {
         ('\n' | '\t', _) => c,
@@ -253,7 +253,7 @@ mod tests {
         assert!(!error.to_string().contains(|c: char| c.is_control() && c != '\n'), "{error}");
     }
 
-    /// Lines of megabytes are cut around what is pointed at; the column stays that of the text.
+    /// Lines of megabytes are cut around the places in question. The column stays that of the original.
     #[test]
     fn long_lines_are_quoted_around_their_places() {
         let text = format!(

@@ -1,8 +1,8 @@
 //! Files that are whole or not there.
 //!
-//! Every file that this software leaves behind is written here: through a temporary file beside it that is flushed,
-//! synced and renamed into place once nothing has failed. A symbolic link stays, and what it names is written. What exists
-//! and is no regular file (a device node, a FIFO, standard output by its name) is written to as it is.
+//! Every file that `cvr` leaves behind is written here: into a temporary file next to it, which is flushed, synced and
+//! renamed after everything succeeded. A symbolic link stays, and its target is written. A device node, a FIFO or
+//! standard output (under its name) is written directly.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-/// What names of temporary files and folders begin with, before six letters and digits.
+/// Prefix of temporary files and folders. Six letters and digits follow.
 const TEMPORARY: &str = ".cvr-";
-/// What they end with.
+/// Suffix of temporary files and folders.
 const PART: &str = ".part";
 /// Letters and digits between the two.
 const RANDOM: usize = 6;
@@ -22,9 +22,9 @@ const LINKS: usize = 40;
 /// Where the bytes of an output go.
 #[derive(Debug)]
 enum Destination {
-    /// Into a regular file of this name, which is replaced as a whole, or made.
+    /// A regular file of this name, which is replaced or created as a whole.
     Replaced(PathBuf),
-    /// Into what is there: a device node, a FIFO.
+    /// An existing device node or FIFO.
     Straight(PathBuf),
     /// Into a regular file that no path names any more.
     Nameless(PathBuf),
@@ -32,12 +32,12 @@ enum Destination {
     Stdout(File),
 }
 
-/// Writes a file through a temporary one in the same folder, which is flushed, synced and renamed into place only when
-/// `write` has succeeded; a file that stood there before is replaced then. The new file has the rights that the
-/// user's umask gives to any new file.
+/// Writes a file through a temporary one in the same folder. It is flushed, synced and renamed only when `write` has
+/// succeeded. Only then is an older file replaced. The new file has the permissions that the user's umask gives to new
+/// files.
 ///
-/// A symbolic link is followed: what it names is replaced. What is no regular file is written to straight, and holds
-/// what could be written where that fails.
+/// A symbolic link is followed: its target is replaced. If the target is not a regular file, it is written directly,
+/// and after an error it holds a part of the data.
 ///
 /// # Errors
 /// When the folder is missing, the path is that of a folder, or writing fails; no regular file is left behind or changed
@@ -49,7 +49,7 @@ pub fn write_whole<E: From<io::Error>>(
     match destination(path)? {
         Destination::Replaced(path) => {
             let mut builder = temporary();
-            // A temporary file is its owner's alone unless told otherwise.
+            // By default, a temporary file is readable only by its owner.
             #[cfg(unix)]
             builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
             let mut file = builder.tempfile_in(folder_of(&path))?;
@@ -76,7 +76,7 @@ fn checked<E: From<io::Error>>(
     Ok(buffered.flush()?)
 }
 
-/// Opens nothing: to open a FIFO is to wait for its reader, who takes its closing for the end.
+/// Opens nothing. Opening a FIFO would wait for its reader, and closing it would look like its end.
 fn destination(path: &Path) -> io::Result<Destination> {
     let found = match std::fs::metadata(path) {
         Ok(found) => found,
@@ -93,7 +93,7 @@ fn destination(path: &Path) -> io::Result<Destination> {
         return Ok(Destination::Straight(path.to_owned()));
     }
     let target = followed(path)?;
-    // A link of /proc to a file that has lost its name names no other.
+    // A link in /proc to a deleted file leads to a name that is not that file.
     if std::fs::metadata(&target).is_ok_and(|named| is_same(&named, &found)) {
         return Ok(Destination::Replaced(target));
     }
@@ -112,13 +112,15 @@ fn followed(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("symbolic links that lead in a circle"))
 }
 
-/// Whether an output is what this process's standard output goes to, by whatever name; terminals and the like are not.
+/// Whether an output is this process's standard output, under any name. Terminals and other character devices do not
+/// count.
 #[must_use]
 pub fn is_standard_output(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|found| standard_output(&found).is_some())
 }
 
-/// Standard output itself, if that is what was found: opened anew, a regular file would be written from its beginning.
+/// Standard output itself, if `found` is standard output. A regular file that was opened again would be written from
+/// its beginning.
 #[cfg(unix)]
 fn standard_output(found: &std::fs::Metadata) -> Option<File> {
     use std::os::fd::AsFd as _;
@@ -146,13 +148,13 @@ fn is_same(_: &std::fs::Metadata, _: &std::fs::Metadata) -> bool {
     true
 }
 
-/// The folder that a file stands in.
+/// The folder of a file.
 #[must_use]
 pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))
 }
 
-/// Where an output's temporary files belong: beside the file that it replaces, or where the system has them.
+/// Folder for an output's temporary files: next to the file that it replaces, else the system's.
 ///
 /// # Errors
 /// When [`write_whole`] could not begin either.
@@ -163,7 +165,7 @@ pub fn scratch_folder(path: &Path) -> io::Result<PathBuf> {
     })
 }
 
-/// A folder below another that goes with its owner; one that a killed process leaves is known by its name.
+/// A folder below another, removed when it is dropped. [`is_temporary`] recognises one that a killed process left.
 ///
 /// # Errors
 /// When it cannot be made.
@@ -177,7 +179,7 @@ fn temporary() -> tempfile::Builder<'static, 'static> {
     builder
 }
 
-/// Whether a file or folder bears a name that only this software's temporary ones have.
+/// Whether a file or folder has a name that only temporary ones of `cvr` have.
 #[must_use]
 pub fn is_temporary(name: &str) -> bool {
     let random = name.strip_prefix(TEMPORARY).and_then(|rest| rest.strip_suffix(PART));

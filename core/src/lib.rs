@@ -1,7 +1,7 @@
 //! The abstractions of `cvr`: volumes, codecs, containers, shader generation, render plans, metrics.
 //!
-//! The way of the data: input → encode → container → plan → shader → image → metrics → report. This crate knows
-//! naga (to check shaders) and never wgpu (to run them).
+//! Data flow: input → encode → container → plan → shader → image → metrics → report. This crate uses naga (to check
+//! shaders) but never wgpu (to run them).
 
 pub mod codec;
 #[cfg(feature = "conformance")]

@@ -1,6 +1,6 @@
-// What a fragment adds to the picture. A device may end loops that take it too many rounds, those of the codec among them,
-// and go on behind them: such a fragment paints what is no light, and stays below zero under all fragments over it that do
-// not hide it.
+// The colour that a fragment adds to the picture. A device may end loops after too many rounds, also the codec's loops,
+// and continue after them. Such a fragment paints a negative red. It stays negative under all later fragments, unless
+// they hide it.
 @fragment
 fn blended(proxy: Proxy) -> @location(0) vec4<f32> {
     let colour = shown(proxy);

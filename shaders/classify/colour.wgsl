@@ -1,4 +1,4 @@
-// A colour: what of it decides the opacity, and how its numbers become light.
+// Parameters of colours: the origin of the opacity, and the conversion to light.
 struct Colour {
     // Of luminance, or of one channel.
     weights: vec3<f32>,

@@ -1,5 +1,5 @@
-// A table over all colours gives the opacity, trilinear between its entries. Its first number is its edge, of at least
-// 2; then follow the entries, red fastest.
+// A table over all colours gives the opacity, trilinear between its entries. Its first number is its edge (at least 2).
+// The entries follow, red fastest.
 fn opacity_row(edge: u32, p: vec3<u32>, t: f32) -> f32 {
     let i = (p.z * edge + p.y) * edge + p.x + 1u;
     return opacity_table[i] + (opacity_table[i + 1u] - opacity_table[i]) * t;

@@ -1,5 +1,5 @@
-// A guide over the domain: each cell says how many control points lie below it, and names the one before, the one that it
-// may hold, and the next. The view holds the ends of the domain, cells per data unit, and the last cell.
+// A guide over the domain. Each cell holds the number of control points below it, the point before it, the point that
+// it may contain, and the next. The view holds the ends of the domain, cells per data unit, and the last cell.
 fn transfer_segment(value: f32) -> Segment {
     let guide = inputs.view.transfer_keys[0];
     let inside = clamp(value, guide.x, guide.y);

@@ -1,4 +1,4 @@
-// A guide over the domain: each cell says how many control points lie below it, and names the next three. The view
+// A guide over the domain. Each cell holds the number of control points below it, and the next three points. The view
 // holds the ends of the domain, cells per data unit, and the last cell.
 fn transfer_segment(value: f32) -> Segment {
     let guide = inputs.view.transfer_keys[0];

@@ -1,5 +1,5 @@
-// The transfer function: linear between its control points, constant beyond them. Segment k lies between the points
-// k - 1 and k; at a step the later point holds. Mirror: `TransferFunction::classify` in cvr-core.
+// The transfer function: linear between its control points, constant beyond them. Segment k lies between the points k -
+// 1 and k. At a step the later point applies. Mirror: `TransferFunction::classify` in cvr-core.
 struct Segment {
     number: u32,
     // Where it begins and ends; the same value beyond the points.
@@ -11,8 +11,8 @@ fn transfer_texel(i: u32, row: u32) -> vec4<f32> {
     return textureLoad(transfer_table, vec2<u32>(i, row), 0);
 }
 
-// How far a value lies within a segment, 0 to 1. The scale is a power of two that brings the larger end to 2 .. 4:
-// products with it are exact, and no difference overflows or vanishes.
+// Position of a value within a segment, 0 to 1. The scale is a power of two that brings the larger end to 2 .. 4:
+// products with it are exact, and no difference overflows or underflows.
 fn share_of(value: f32, low: f32, high: f32) -> f32 {
     let larger = max(max(abs(low), abs(high)), 1e-37);
     let scale = bitcast<f32>(~bitcast<u32>(larger) & 0x7f800000u);

@@ -1,5 +1,5 @@
-// Decodes a slab of a frame into texels, packed in words as a copy into a texture wants them: scalars in texels of one
-// channel, colours in texels of four. One invocation writes the voxels that share a word, or the words of one voxel.
+// Decodes rows of some layers into texels, packed in words for a copy into a texture: scalars in texels of one channel,
+// colours in texels of four. One invocation writes the voxels of one word, or the words of one voxel.
 struct Slab {
     // Row and layer of the volume where the slab begins.
     first: vec2<u32>,

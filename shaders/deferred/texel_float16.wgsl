@@ -1,5 +1,5 @@
-// The nearest half, ties to even, by integers: built-ins that pack halves may round either way. A value that is a half
-// keeps its bits; what lies beyond the finite halves becomes the last of them.
+// The nearest half, ties to even, with integer arithmetic: built-ins that pack halves may round either way. A value
+// that is a half keeps its bits. Values beyond the finite halves become the largest one.
 const texel_bits: u32 = 16u;
 
 fn texel_of(value: f32) -> u32 {

@@ -1,4 +1,4 @@
-// The value as it is.
+// The value unchanged.
 const texel_bits: u32 = 32u;
 
 fn texel_of(value: f32) -> u32 {

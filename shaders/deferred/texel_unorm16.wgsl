@@ -1,4 +1,4 @@
-// The nearest of 65536 steps; `value` is in steps. No built-in packs it, since those may be off by a step.
+// The nearest of 65536 steps. `value` is in steps. Built-ins are not used, because they may be off by a step.
 const texel_bits: u32 = 16u;
 
 fn texel_of(value: f32) -> u32 {

@@ -1,5 +1,5 @@
-// Writes every voxel as the template would fetch it: the device's half of a parity test.
-// Voxels are numbered x fastest, then y; a dispatch writes these of them, from the beginning of the buffer.
+// Writes every voxel as the template fetches it: the device's side of a parity test. Voxels are numbered x fastest,
+// then y. A dispatch writes a range of them to the beginning of the buffer.
 struct Dumped {
     first: u32,
     end: u32,

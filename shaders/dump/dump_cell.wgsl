@@ -1,6 +1,6 @@
-// Writes every voxel as a corner of a cell. Which corner changes from voxel to voxel, so that all eight, inside
-// and across blocks, are put to the test.
-// Voxels are numbered x fastest, then y; a dispatch writes these of them, from the beginning of the buffer.
+// Writes every voxel as a corner of a cell. The corner changes from voxel to voxel, so that all eight are tested,
+// within and across blocks. Voxels are numbered x fastest, then y. A dispatch writes a range of them to the beginning
+// of the buffer.
 struct Dumped {
     first: u32,
     end: u32,

@@ -1,4 +1,4 @@
-// The value of filter/linear.wgsl, all eight voxels fetched in one place of the text: of a codec that is much text.
+// The value of filter/linear.wgsl. All eight voxels are fetched at one place of the text, for codecs with long text.
 fn volume_sample(x: vec3<f32>) -> Voxel {
     let cell = cell_around(x);
     var c: array<Voxel, 8>;

@@ -1,4 +1,4 @@
-// The cell of eight voxel centres around a point, clamped at the border, and the point's place in it.
+// The cell of eight voxel centres around a point, clamped at the border, and the position of the point in it.
 struct Cell {
     p: vec3<i32>,
     q: vec3<i32>,
@@ -13,8 +13,8 @@ fn cell_around(x: vec3<f32>) -> Cell {
     return Cell(clamp(p, zero, last), clamp(p + 1, zero, last), (x - 0.5) - base);
 }
 
-// Interpolates along x, then y, then z, in the order of the CPU mirror. `a + (b - a) * t` and not `mix`, whose
-// arithmetic the specification leaves open.
+// Interpolates along x, then y, then z, in the order of the CPU mirror. It uses `a + (b - a) * t`, because the
+// specification does not fix the arithmetic of `mix`.
 fn trilinear(
     c000: Voxel, c100: Voxel, c010: Voxel, c110: Voxel,
     c001: Voxel, c101: Voxel, c011: Voxel, c111: Voxel,

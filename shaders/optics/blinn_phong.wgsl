@@ -1,5 +1,5 @@
-// The colour that a surface across `gradient` shows, of a sample of colour `rgb`; both sides of it are lit. The normal
-// fades where there is next to no gradient, whose direction would be noise.
+// The lit colour of a surface with normal `gradient`, for a sample of colour `rgb`. Both sides are lit. The normal
+// fades for very small gradients, whose direction is noise.
 fn blinn_phong(rgb: vec3<f32>, gradient: vec3<f32>, towards_viewer: vec3<f32>) -> vec3<f32> {
     // In units of a flat gradient: the squares of data values as they are could leave the range of numbers.
     let steepness = gradient / inputs.lighting.flat_gradient;

@@ -1,4 +1,4 @@
-// A point and its neighbours, each sampled in its own place of the text.
+// A point and its neighbours, each sampled at its own place of the text.
 fn surface_at(x: vec3<f32>) -> Surface {
     var surface = Surface(classify(volume_sample(x)), vec3<f32>(0.0));
     if surface.colour.a > 0.0 {

@@ -1,12 +1,12 @@
-// The values of optics/gradient.wgsl, all samples taken in one place of the text: of a codec that is much text.
+// The values of optics/gradient.wgsl. All samples are taken at one place of the text, for codecs with long text.
 fn surface_at(x: vec3<f32>) -> Surface {
     var surface: Surface;
     // At the point, then at the neighbours above and below along x, y and z.
     var heights: array<f32, 7>;
     var last = 0u;
     var i = 0u;
-    // It ends with its last sample: a `for` would go through its body once more, with all lanes masked, on devices that
-    // have no jumps.
+    // The loop ends after its last sample. On devices without jumps, a `for` would run its body once more with all
+    // lanes masked.
     loop {
         var offset: vec3<f32>;
         if i > 0u {

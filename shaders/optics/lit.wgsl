@@ -1,4 +1,4 @@
-// Colour and opacity per voxel length at a point, lit. What shows nothing needs no gradient.
+// Lit colour and opacity per voxel length at a point. No gradient is computed for transparent points.
 struct Lighting {
     // Towards the light in the world, of unit length.
     towards_light: vec3<f32>,

@@ -1,4 +1,4 @@
-// Front to back: what a sample in the middle of a piece of ray adds. Mirror: renderers/raycasting/src/mirror.rs.
+// Front to back: adds a sample in the middle of a piece of ray. Mirror: renderers/raycasting/src/mirror.rs.
 fn gather(so_far: vec4<f32>, x: vec3<f32>, direction: vec3<f32>, piece: f32) -> Gathered {
     let sample = optical(x, direction);
     if !(sample.a > 0.0) {

@@ -1,4 +1,5 @@
-// Follows the ray of each pixel through the drawn box, one thread per pixel. A renderer says what a sample adds: `gather`.
+// Follows the ray of each pixel through the drawn box, one thread per pixel. A renderer declares `gather`, which adds a
+// sample.
 
 @compute @workgroup_size(8, 8)
 fn follow_rays(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -11,14 +12,14 @@ fn follow_rays(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }
 
-// What a ray has gathered, and whether it ends here.
+// The sum of a ray so far, and whether the ray ends here.
 struct Gathered {
     // Premultiplied colour and opacity.
     result: vec4<f32>,
     ended: bool,
 }
 
-// How far a ray has been followed.
+// Progress of a ray.
 struct Walk {
     // What it has gathered; of a ray that was cut, the sample where it was, whether there was one, and -1.
     result: vec4<f32>,
@@ -26,11 +27,11 @@ struct Walk {
     next: u32,
 }
 
-// No sample has these numbers. A device did not follow the ray as it should; the ray has come to its end.
+// No sample has these numbers. The device cut the ray off; the ray has come to its end.
 const ray_cut = 0xfffffffeu;
 const ray_end = 0xffffffffu;
 
-// Follows a ray from where it is to its end, or as long as it may go on.
+// Follows a ray from its current sample to its end, or as long as it may go on.
 fn follow_ray(ray: Ray, so_far: Walk) -> Walk {
     let inside = crossing(ray);
     // From where the ray enters: the smaller the numbers, the less the samples' places depend on rounding.

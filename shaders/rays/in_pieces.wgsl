@@ -1,5 +1,5 @@
-// Rays are followed piece by piece, in one dispatch after another, for devices that end loops. Between them the picture
-// holds what rays have summed, and `progress` the sample that comes next.
+// Follows rays piece by piece over several dispatches, for devices that end loops. Between them the picture holds the
+// sums of the rays, and `progress` holds the next sample.
 
 struct Pieces {
     // Samples that a ray takes in one piece at most.
@@ -8,7 +8,7 @@ struct Pieces {
 
 fn walk_so_far(pixel: u32) -> Walk {
     let next = progress[pixel];
-    // A ray that has not begun has summed nothing, and the picture is an older one.
+    // A ray that has not begun has no sum. The picture then holds an older one.
     return Walk(select(image[pixel], vec4<f32>(0.0), next == 0u), next);
 }
 

@@ -1,5 +1,5 @@
-// Whether loops still run to their ends. A device that has ended one lets none behind it run twice, as this one must;
-// how often it does no compiler knows, lest it be no loop.
+// Whether loops still run. After a device has ended a loop, no later loop runs twice. This loop must run twice.
+// Compilers do not know its number of rounds, so they cannot remove it.
 fn loops_run() -> bool {
     var rounds = 0u;
     while rounds * inputs.view.size.x <= inputs.view.size.x {

@@ -1,7 +1,7 @@
-// One bit per macrocell: whether any value that a sample inside can come to shows anything. Mirror: `render::mirror`.
+// One bit per macrocell: whether any value that a sample inside may have shows anything. Mirror: `render::mirror`.
 const macrocell_edge: u32 = 8u;
 
-// The macrocell that holds a point; one beyond the volume by rounding counts as inside.
+// The macrocell that holds a point. A point that rounding moved outside the volume counts as inside.
 fn macrocell_at(x: vec3<f32>) -> vec3<f32> {
     let last = vec3<f32>((volume_extent - 1u) / macrocell_edge);
     return clamp(floor(x / f32(macrocell_edge)), vec3<f32>(0.0), last);

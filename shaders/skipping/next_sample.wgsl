@@ -1,12 +1,12 @@
-// The first sample from number `first` on that may show anything. The others keep their places: the picture is that of
-// all samples. Mirror: `render::mirror`.
+// The first sample, from number `first` on, that may show anything. Skipping does not move samples, so the picture is
+// that of all samples. Mirror: `render::mirror`.
 
-// Voxels beyond the face of an empty macrocell up to which samples are skipped. A filter reads half a voxel further and
-// stays within the apron. It also keeps rays that run along a face from meeting it at every sample.
+// Samples are skipped up to this many voxels beyond the face of an empty macrocell. A filter reads half a voxel further
+// and stays within the apron. The margin also prevents that a ray along a face tests it at every sample.
 const skip_beyond: f32 = 0.25;
-// Rays count as no slower than this along any axis, lest they divide by zero; what is slower gets less far.
+// Smallest speed of a ray along an axis. It prevents division by zero. A slower ray skips fewer samples.
 const skip_slowest: f32 = 1e-9;
-// Samples that are skipped at once: their number stays one that single precision counts.
+// Most samples skipped at once. Single precision still counts this number.
 const skip_most: f32 = 16777216.0;
 
 fn next_sample(first: u32, entry: Ray, end: f32) -> u32 {

@@ -1,4 +1,4 @@
-// Slabs between parallel planes: where a ray, counted from its entry into the box, crosses one.
+// Slabs between parallel planes: the part of a ray in a slab, counted from the ray's entry into the box.
 fn slab_crossing(entry: Ray, travelled: f32, slice: u32) -> Crossing {
     let begin = inputs.slabs.first - dot(inputs.slabs.normal, entry.origin);
     let across = dot(inputs.slabs.normal, entry.direction);

@@ -1,4 +1,4 @@
-// Corners of slices that are drawn at once, from the whole volume.
+// Vertices of slices that are drawn at once, from the whole volume.
 struct Proxy {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) slice: u32,

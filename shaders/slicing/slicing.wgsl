@@ -1,7 +1,7 @@
-// A stack of slices, blended back to front. A slice stands for the slab around it, and a fragment for the piece of its
-// ray within slab and box, sampled in the middle: so nothing jumps where a slice leaves the volume or the view turns.
-// The proxy polygons only cover where a slab is seen; what a fragment shows is decided here.
-// Mirror: renderers/slicing/src/mirror.rs.
+// A stack of slices, blended back to front. A slice stands for the slab around it. A fragment stands for the piece of
+// its ray within slab and box, sampled in the middle. So nothing jumps where a slice leaves the volume or the view
+// turns. The proxy polygons only cover the visible part of a slab. What a fragment shows is decided here. Mirror:
+// renderers/slicing/src/mirror.rs.
 
 struct Slabs {
     // Distance across the slabs is dot(normal, x) for x in voxel coordinates, in voxel lengths.

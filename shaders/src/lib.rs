@@ -1,11 +1,11 @@
 //! The WGSL modules that renderers share, and the table that embeds them.
 //!
-//! One subject per file. A module names no binding and no codec: the generator in `cvr-core` writes the bindings and puts a
-//! codec beside them. It also finds the modules that a text needs, by the names that modules declare and use: one that is
-//! the only one to declare a name comes by itself, and of several a view chooses. A renderer's own modules lie in
-//! `shaders/<id>/` and are embedded by its crate ([`modules!`]).
+//! One subject per file. A module names no binding and no codec: the generator in `cvr-core` writes the bindings and
+//! adds a codec. It also finds the modules that a text needs, by the names that modules declare and use. If only one
+//! module declares a name, it is added automatically. If there are several, a view chooses. A renderer's own modules
+//! are in `shaders/<id>/`, and its crate embeds them ([`modules!`]).
 //!
-//! The functions that modules call of each other:
+//! The functions that modules call from each other:
 //!
 //! ```text
 //! rays/follow.wgsl            → pixel_ray, crossing, next_sample, walk_so_far, may_go_on, keep_walk, loops_run,
@@ -22,7 +22,7 @@
 //! source/*.wgsl, deferred/frame.wgsl or a codec's snippet → what voxel_fetch returns
 //! ```
 //!
-//! What uniforms hold stands in `inputs`, a struct that the generator writes: `inputs.view.step`.
+//! Uniforms are members of `inputs`, a struct that the generator writes: `inputs.view.step`.
 
 /// A WGSL module. Its text declares no binding: the generator writes them.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
@@ -33,8 +33,8 @@ pub struct Template {
     pub source: &'static str,
 }
 
-/// Embeds WGSL modules as constants, and as `ALL`. First the way from the crate's folder to `shaders/`, then a folder in
-/// it; both end on a slash.
+/// Embeds WGSL modules as constants, and as `ALL`. The first argument is the path from the crate's folder to
+/// `shaders/`, the second a folder in it. Both end with a slash.
 #[macro_export]
 macro_rules! modules {
     ($root:literal, $folder:literal: $($(#[$doc:meta])* $name:ident = $file:literal;)*) => {
@@ -69,7 +69,7 @@ modules! { "/", "":
     FILTER_LINEAR_CELL = "filter/linear_cell.wgsl";
     /// Trilinear by the texture unit.
     FILTER_HARDWARE = "filter/hardware.wgsl";
-    /// Trilinear by the texture unit, from a texture that reaches beyond the volume.
+    /// Trilinear by the texture unit, from a texture that extends beyond the volume.
     FILTER_HARDWARE_PADDED = "filter/hardware_padded.wgsl";
     /// Trilinear by the texture unit, from a ring of layers.
     FILTER_HARDWARE_RING = "filter/hardware_ring.wgsl";
@@ -77,7 +77,7 @@ modules! { "/", "":
     SOURCE_RING = "source/ring.wgsl";
     /// Voxels from a texture.
     SOURCE_TEXTURE = "source/texture.wgsl";
-    /// The view, the ray of a pixel, and where it crosses the drawn box.
+    /// The view, the ray of a pixel, and its crossing of the drawn box.
     VIEW = "view/view.wgsl";
     /// Rays from one eye.
     CAMERA_PERSPECTIVE = "camera/perspective.wgsl";
@@ -87,7 +87,7 @@ modules! { "/", "":
     BOUNDS_WHOLE = "bounds/whole.wgsl";
     /// Only a box is drawn.
     BOUNDS_CLIP = "bounds/clip.wgsl";
-    /// The light of a colour.
+    /// The conversion of a colour to light.
     COLOUR = "classify/colour.wgsl";
     /// The transfer function.
     TRANSFER = "classify/transfer.wgsl";
@@ -97,9 +97,9 @@ modules! { "/", "":
     CLASSIFY_COLOUR_TRANSFER = "classify/colour_transfer.wgsl";
     /// Classification of colours by a table over all of them.
     CLASSIFY_COLOUR_TABLE = "classify/colour_table.wgsl";
-    /// What a scalar's surfaces follow.
+    /// The number of a scalar voxel that surfaces depend on.
     HEIGHT_SCALAR = "classify/height_scalar.wgsl";
-    /// What a colour's opacity and surfaces follow.
+    /// The number of a colour that opacity and surfaces depend on.
     HEIGHT_COLOUR = "classify/height_colour.wgsl";
     /// Opacity of a length of ray.
     OPACITY = "classify/opacity.wgsl";
@@ -113,13 +113,13 @@ modules! { "/", "":
     GRADIENT_LOOPED = "optics/gradient_looped.wgsl";
     /// The light on a surface.
     BLINN_PHONG = "optics/blinn_phong.wgsl";
-    /// What macrocells say of a point.
+    /// Macrocells of a point.
     MACROCELLS = "skipping/macrocells.wgsl";
     /// Rays that leap over macrocells.
     NEXT_SAMPLE = "skipping/next_sample.wgsl";
     /// Rays that take every sample.
     EVERY_SAMPLE = "skipping/every_sample.wgsl";
-    /// Points of which nothing is known.
+    /// Points that may always show something.
     EVERY_POINT = "skipping/every_point.wgsl";
     /// The rays of a picture, followed.
     FOLLOW_RAYS = "rays/follow.wgsl";
@@ -129,9 +129,9 @@ modules! { "/", "":
     RAYS_IN_PIECES = "rays/in_pieces.wgsl";
     /// Whether a device has ended loops.
     LOOPS_RUN = "rays/loops.wgsl";
-    /// Fragments as they are.
+    /// Fragments without a check.
     BLENDED_UNCHECKED = "blending/unchecked.wgsl";
-    /// Fragments that show where a device has ended loops.
+    /// Fragments that mark ended loops.
     BLENDED_CHECKED = "blending/checked.wgsl";
     /// How many of four values a value has passed.
     KEYS_PASSED = "classify/keys_passed.wgsl";
@@ -143,7 +143,7 @@ modules! { "/", "":
     DUMP = "dump/dump.wgsl";
     /// Every voxel through `voxel_cell`.
     DUMP_CELL = "dump/dump_cell.wgsl";
-    /// A slab of a frame through `voxel_fetch`, into the words of a texture: the site *deferred*.
+    /// Rows of some layers through `voxel_fetch`, into the words of a texture: the site *deferred*.
     DEFERRED_DECODE = "deferred/decode.wgsl";
     /// Voxels of a frame that a codec's own passes have rebuilt.
     DEFERRED_FRAME = "deferred/frame.wgsl";

@@ -1,4 +1,4 @@
-// What every renderer knows of a view, and the ray of a pixel. Mirror: `render::mirror` in cvr-core.
+// The parameters of a view, and the ray of a pixel. Mirror: `render::mirror` in cvr-core.
 
 struct View {
     // Voxel coordinates; see `RayFrame` in cvr-core.

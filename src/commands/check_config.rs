@@ -7,7 +7,7 @@ use cvr_core::pipeline::{Capabilities, Resolution, resolve};
 
 use super::config_file::ConfigFile;
 use crate::exit::BadInput;
-use crate::experiment::preview::{Preview, preview};
+use crate::experiment::inputs::preview::{Preview, preview};
 use crate::registry::Names;
 
 const EXAMPLES: &str = "\
@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Prints what cannot run, and why.
+/// Prints the refused combinations with their reasons.
 pub fn print_refused(resolution: &Resolution) {
     for refusal in &resolution.refused {
         say!("refused {}: {}", refusal.cell.id(), refusal.reason);

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use super::output::Output;
 use crate::compare::{csv, page, pair, read, text};
 use crate::exit::BadInput;
-use crate::experiment::folder::is_result;
-use crate::experiment::results::write_whole;
+use crate::experiment::files::folder::is_result;
+use crate::experiment::files::whole_file::write_whole;
 
 /// Arguments of `cvr compare`.
 #[derive(Debug, clap::Args)]

@@ -42,7 +42,7 @@ pub struct Args {
     memory: MemoryArgs,
 }
 
-/// Samples that are decoded at a time, of a codec that decodes any box.
+/// Samples decoded at a time, for a codec that decodes any box.
 const PIECE_SAMPLES: usize = 1 << 22;
 
 /// Decodes a container.
@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     run_with(args, &Names::new()?)
 }
 
-/// The same with the codecs of a registry.
+/// As [`run`], with the codecs of a registry.
 ///
 /// # Errors
 /// As [`run`].
@@ -68,7 +68,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
         layout.sample = SampleType::F32;
     }
     check_size(args, &layout)?;
-    // A stream that does not decode is no fault of the file that is written.
+    // An error of the stream must not be reported as an error of the output file.
     let mut fault = None;
     let written = write_volume_from(&args.out, format, &layout, |out| {
         write_samples(opened.decoder.as_ref(), level, layout.sample, out).map_err(|e| match e {
@@ -91,7 +91,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A stream of a few bytes may promise more voxels than any disk holds.
+/// A stream of a few bytes may claim more voxels than any disk can hold.
 fn check_size(args: &Args, layout: &VolumeLayout) -> Result<(), BadInput> {
     let (bytes, most) = (layout.bytes(), args.memory.given_bytes().unwrap_or(0).max(MAX_VOLUME_BYTES));
     if bytes <= most {
@@ -138,7 +138,7 @@ fn write_samples(
 
 /// Values rounded and clamped to a number type.
 fn to_samples(sample: SampleType, values: &[f32]) -> Samples {
-    // A cast from float to integer saturates, which is the clamp that is wanted.
+    // A cast from float to integer saturates, which is the intended clamp.
     match sample {
         SampleType::U8 => Samples::U8(values.iter().map(|v| v.round() as u8).collect()),
         SampleType::I8 => Samples::I8(values.iter().map(|v| v.round() as i8).collect()),

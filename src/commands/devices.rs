@@ -16,7 +16,7 @@ pub struct Args {
 /// Lists adapters.
 ///
 /// # Errors
-/// Never; an empty list is told by the exit code.
+/// Never. The exit code shows an empty list.
 pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     let adapters = cvr_engine::list_adapters();
     for (i, adapter) in adapters.iter().enumerate() {

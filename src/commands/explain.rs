@@ -15,8 +15,8 @@ use super::memory_args::MemoryArgs;
 use super::volume_args::RawArgs;
 use crate::estimate::{Allowance, Cost, TRIAL_EDGE, Trials, memory, time, volume_layout};
 use crate::exit::BadInput;
-use crate::experiment::scenes::{check_frames, read_tables};
-use crate::experiment::shard::same_group;
+use crate::experiment::inputs::scenes::{check_frames, read_tables};
+use crate::experiment::shards::shard::same_group;
 use crate::progress::TrialBar;
 use crate::registry::Names;
 use crate::site;
@@ -32,7 +32,8 @@ Examples:
 Only the headers of volumes are read. A missing volume is reported and left out of the estimates. The estimates come from
 trials: every codec with its settings encodes a small computed volume, and the device draws it. They distinguish hours
 from minutes, not one cell from another. Trials take 2 s at most for each codec at each site, and 20 s in all. If that is
-too little, the estimate says \"at least\", and a row for each codec and its settings names the missing trial.";
+too little, the estimate says \"at least\", and a row for each codec and its settings names the missing trial. A trial
+that is out of time is stopped; the command waits for its end.";
 
 /// Arguments of `cvr explain`.
 #[derive(Debug, clap::Args)]
@@ -59,7 +60,7 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Says what a configuration would run.
+/// Prints what a configuration would run.
 ///
 /// # Errors
 /// When the configuration is wrong, or the device does not open.
@@ -112,7 +113,7 @@ fn print_table(title: &str, table: &Table) {
     }
 }
 
-/// Prints what the headers say; returns the layouts that are known.
+/// Prints the layouts in the headers. Returns the known ones.
 fn print_volumes(experiment: &Experiment) -> BTreeMap<String, VolumeLayout> {
     let mut known = BTreeMap::new();
     let mut rows = table(&["name", "voxels", "samples", "channels", "frames", "bytes"], &[3, 4, 5]);
@@ -170,7 +171,7 @@ fn print_cells(resolution: &Resolution) {
     }
 }
 
-/// The reasons, in the order in which they come up, each with how many combinations it rules out.
+/// Prints the reasons in order of appearance, each with the number of combinations that it rules out.
 fn print_refused(resolution: &Resolution) {
     let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
     for refusal in &resolution.refused {
@@ -210,6 +211,7 @@ fn print_estimates(
     }
     let memory = memory::estimate(resolution, names, &mut trials, &target, &layout_of);
     let time = time::estimate(experiment, resolution, names, &mut trials, &target, &layout_of);
+    trials.end();
     bar.finish();
     match memory {
         Ok(memory) => print_memory(&memory, &target),
@@ -249,7 +251,7 @@ fn print_memory(memory: &memory::Memory, target: &Target) {
     }
 }
 
-/// A row for each codec and its settings: what a run of them takes, what their trials took, and what these lack.
+/// A row for each codec with its settings: the time of a run, the time of the trials, and what the trials lack.
 fn print_shares(time: &time::Time, costs: &[Cost]) {
     let header = ["codec", "encode, decode", "draw", "tried for", "lacks", "settings"];
     let mut rows = table(&header, &[1, 2, 3]);
@@ -278,8 +280,8 @@ fn print_shares(time: &time::Time, costs: &[Cost]) {
     }
 }
 
-/// What holds volumes at a site, where that depends on codec and target: one line for each kind of texture, and below it
-/// which codecs, and of which volumes, have it.
+/// Prints what holds volumes at a site, if that depends on codec and target: one line for each kind of texture,
+/// followed by its codecs and volumes.
 fn print_holders(
     site: Site,
     resolution: &Resolution,
@@ -299,7 +301,7 @@ fn print_holders(
         return;
     }
     say!("\nsite {site}, on {}", target.name());
-    // Settings tell cells of one codec and volume apart where they have different textures.
+    // Settings are shown if cells of one codec and volume have different textures.
     let several = |of: &Cell| {
         let same = |c: &Cell| c.volume == of.volume && c.codec_label() == of.codec_label();
         distinct(found.iter().filter(|(_, c)| same(c)).map(|(texture, _)| texture.clone())).len() > 1
@@ -318,7 +320,7 @@ fn print_holders(
     }
 }
 
-/// Values in the order of their first appearance.
+/// The distinct values, in order of first appearance.
 fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
     let mut seen: Vec<String> = Vec::new();
     for value in values {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 const BARS: usize = 48;
 const HEIGHTS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// How often values of each part of `range` occur, as bars; heights are logarithms, so that what is rare is seen. A
+/// Frequencies of the values in each part of `range`, as bars. Heights are logarithmic, so rare values are visible. A
 /// part without a value is a space.
 pub fn bars(samples: &Samples, range: ValueRange) -> String {
     let span = range.span().max(f64::MIN_POSITIVE);

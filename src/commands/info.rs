@@ -33,7 +33,7 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Says what a file is.
+/// Prints the properties of a file.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -68,7 +68,7 @@ fn volume(args: &Args) -> Result<(), BadInput> {
     Ok(())
 }
 
-/// What is not as the file has it.
+/// Prints how many samples were replaced or rounded.
 fn replaced(replaced: Replaced) {
     if replaced.total() > 0 {
         say!(

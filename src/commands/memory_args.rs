@@ -1,4 +1,4 @@
-//! How much memory a command may take.
+//! The memory limit of a command.
 
 use clap::Args;
 use cvr_core::memory::{self, Bound, Source};
@@ -20,7 +20,7 @@ struct Gigabytes {
 }
 
 impl MemoryArgs {
-    /// From now on no more than this may be taken.
+    /// Sets the limit of this process.
     pub fn allow(self) {
         let given = self.given_bytes().map(|bytes| Bound { bytes, source: Source::User });
         if let Some(bound) = given.or_else(memory::free) {
@@ -28,7 +28,7 @@ impl MemoryArgs {
         }
     }
 
-    /// What the user has given.
+    /// The limit that the user gave.
     pub fn given_bytes(self) -> Option<u64> {
         self.max_gb.map(|amount| amount.bytes)
     }

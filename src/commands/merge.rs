@@ -6,11 +6,12 @@ use std::process::ExitCode;
 use cvr_core::pipeline::{Capabilities, Document, Experiment, FilePath, Volume, VolumeSource, resolve};
 
 use crate::exit::{BadInput, SOME_FAILED};
-use crate::experiment::blank;
-use crate::experiment::folder::{Claim, Existing, OutFolder};
-use crate::experiment::merge::{Identity, Source, identity_of, merge};
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Status;
+use crate::experiment::files::folder::{Existing, OutFolder};
+use crate::experiment::identity::cell::{CellIdentity, of_cell};
+use crate::experiment::inputs::blank;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Status;
+use crate::experiment::shards::merge::{Source, merge};
 use crate::registry::Names;
 use crate::report;
 
@@ -69,7 +70,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
 
     // Only now: bad input leaves the folder as it was.
     let provenance = merged.provenance();
-    let claim = Claim::of_experiment(&provenance, merged.names(), false);
+    let claim = report::claim(&provenance, merged.names(), false);
     let folder = OutFolder::open(out, &claim, Existing::of(false, args.overwrite)).map_err(BadInput)?;
     let results = merged.write(&folder)?;
     report::write(&folder, &results.provenance, &results.records, &results.refused)?;
@@ -90,8 +91,8 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     Ok(if failed > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
 }
 
-/// The cells of an experiment in their order, where this version still reads its configuration.
-fn order(provenance: &Provenance) -> Option<Vec<Identity>> {
+/// The cells of an experiment in order, if this version can read its configuration.
+fn order(provenance: &Provenance) -> Option<Vec<CellIdentity>> {
     let names = Names::new().ok()?;
     let mut document = Document::parse("the results' configuration", &provenance.config).ok()?;
     for assignment in &provenance.overrides {
@@ -107,7 +108,7 @@ fn order(provenance: &Provenance) -> Option<Vec<Identity>> {
         experiment.check_size().ok()?;
     }
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
-    Some(resolution.cells.iter().map(identity_of).collect())
+    Some(resolution.cells.iter().map(of_cell).collect())
 }
 
 fn file(name: &str) -> Option<VolumeSource> {

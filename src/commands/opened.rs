@@ -15,12 +15,12 @@ use crate::registry::Names;
 pub struct Opened {
     pub stream: Arc<EncodedVolume>,
     pub codec: Arc<dyn Codec>,
-    /// Keeps decoded frames, where some are predicted from others.
+    /// The decoder. It keeps decoded frames if frames are predicted.
     pub decoder: Arc<dyn Decoder>,
 }
 
 impl Opened {
-    /// Opens a container; `decoded_frames_mb` bounds what is kept of predicted frames.
+    /// Opens a container. `decoded_frames_mb` bounds the kept frames of a stream with predicted frames.
     pub fn open(path: &Path, names: &Names, decoded_frames_mb: u32) -> Result<Self, BadInput> {
         let stream = Arc::new(EncodedVolume::open(path)?);
         let at = |problem: String| BadInput(format!("{}: {problem}", path.display()));

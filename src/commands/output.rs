@@ -1,4 +1,4 @@
-//! Files that commands write. The extension decides the format, by one table for all commands; so does the help.
+//! Files that commands write. The extension decides the format, with one table for all commands and the help.
 
 use std::path::Path;
 
@@ -28,7 +28,7 @@ pub enum Output {
 }
 
 impl Output {
-    /// All formats of volumes that are not encoded; the first is that of files without a name of their own.
+    /// All formats of unencoded volumes. The first is used for files without an extension.
     pub const VOLUMES: &'static [Self] = &[Self::Nrrd, Self::Npy, Self::Raw];
 
     /// Extensions, without the dot; the first is the usual one.
@@ -60,7 +60,7 @@ impl Output {
         }
     }
 
-    /// What could stand there: ".nrrd (NRRD), .npy (a NumPy array) or .raw (samples without a header)".
+    /// A list of the possible formats: ".nrrd (NRRD), .npy (a NumPy array) or .raw (samples without a header)".
     fn list(possible: &[Self]) -> String {
         let words: Vec<String> =
             possible.iter().map(|o| format!(".{} ({})", o.extensions()[0], o.words())).collect();
@@ -76,8 +76,7 @@ impl Output {
         format!("The file to write: {}{decides}", Self::list(possible))
     }
 
-    /// The format of a file that a command is to write, one of `possible`. What is no regular file (a pipe, a device)
-    /// takes the first.
+    /// The format of an output file, one of `possible`. A pipe or a device gets the first.
     ///
     /// # Errors
     /// When its extension is that of none of them.

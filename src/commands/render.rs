@@ -16,10 +16,10 @@ use super::output::Output;
 use super::scene_args::SceneArgs;
 use super::volume_args::{RawArgs, check_output, is_container};
 use crate::exit::{BadInput, SOME_FAILED};
-use crate::experiment::blank;
-use crate::experiment::record::Record;
-use crate::experiment::single::{Single, SingleError};
-use crate::experiment::stage::{RAW, check_range};
+use crate::experiment::inputs::blank;
+use crate::experiment::measured::reference::{RAW, check_range};
+use crate::experiment::records::record::Record;
+use crate::experiment::running::single::{Single, SingleError};
 use crate::registry::{Names, renderer};
 use crate::site::expected::Expected;
 use crate::site::target::Target;
@@ -67,7 +67,7 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Draws a picture, of voxels that are held to the CPU decoder as in a run.
+/// Draws a picture. Decoded voxels are compared with the CPU decoder as in a run.
 ///
 /// # Errors
 /// When arguments, file, device or output are unusable.
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     run_with(args, &Names::new()?)
 }
 
-/// The same with the codecs of a registry.
+/// As [`run`], with the codecs of a registry.
 ///
 /// # Errors
 /// As [`run`].
@@ -112,7 +112,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
         expected: &expected,
         check: !args.no_check,
     };
-    // What a run would enter into the record of such a cell.
+    // What a run would write into the record of such a cell.
     let mut record = Record::default();
     record.flag_replaced(opened.replaced, decoder.layout().samples());
     opened.notes.iter().for_each(|note| record.remark(note));
@@ -142,7 +142,8 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The range of all frames, so that those of a sequence are drawn alike; `decoded` is the frame `index`.
+/// The range over all frames, so that all frames of a sequence get the same transfer function. `decoded` is the frame
+/// `index`.
 fn range(
     decoder: &dyn Decoder,
     (index, level): (FrameIndex, Level),
@@ -157,20 +158,20 @@ fn range(
     Ok(range.unwrap_or(ValueRange { min: 0.0, max: 0.0 }))
 }
 
-/// What is drawn.
+/// The volume or stream to draw.
 struct Source {
     codec: Arc<dyn Codec>,
     decoder: Arc<dyn Decoder>,
     level: Level,
     /// The codec's block, if it has one.
     block: Option<Block>,
-    /// What of the volume's samples was replaced before it was encoded.
+    /// Samples of the volume that were replaced before encoding.
     replaced: Replaced,
     /// Remarks of the encoder.
     notes: Vec<String>,
 }
 
-/// An encoded volume as it is, any other through the codec `raw`.
+/// Opens a container, or encodes any other volume with the codec `raw`.
 fn open(args: &Args, names: &Names) -> Result<Source, BadInput> {
     let (codec, stream, decoder) = if is_container(&args.file) {
         let Opened { stream, codec, decoder } =
@@ -189,7 +190,7 @@ fn open(args: &Args, names: &Names) -> Result<Source, BadInput> {
     Ok(Source { codec, decoder, level, block, replaced, notes })
 }
 
-/// What `--site` says of itself.
+/// The help of `--site`.
 pub(super) fn site_help() -> String {
     let [first @ .., last] = Site::ALL.map(Site::name);
     format!("Where voxels are decoded: {} or {last}", first.join(", "))

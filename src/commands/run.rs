@@ -15,19 +15,19 @@ use super::memory_args::MemoryArgs;
 use super::volume_args::RawArgs;
 use crate::estimate::volume_layout;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
-use crate::experiment::blank;
-use crate::experiment::checked::not_run;
-use crate::experiment::folder::{Claim, Existing, OutFolder};
-use crate::experiment::interrupt;
-use crate::experiment::machine;
-use crate::experiment::outcome::Outcome;
-use crate::experiment::pairs;
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::{Record, Status};
-use crate::experiment::run::Run;
-use crate::experiment::scenes::{check_frames, read_tables};
-use crate::experiment::shard::Shard;
-use crate::experiment::volumes::{LoadedVolume, load};
+use crate::experiment::files::folder::{Existing, OutFolder};
+use crate::experiment::inputs::blank;
+use crate::experiment::inputs::scenes::{check_frames, read_tables};
+use crate::experiment::inputs::volumes::{LoadedVolume, load};
+use crate::experiment::measured::pairs;
+use crate::experiment::records::checked::not_run;
+use crate::experiment::records::machine;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::{Record, Status};
+use crate::experiment::running::interrupt;
+use crate::experiment::running::outcome::Outcome;
+use crate::experiment::running::run::Run;
+use crate::experiment::shards::shard::Shard;
 use crate::progress::CellBar;
 use crate::registry::Names;
 use crate::report;
@@ -117,7 +117,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     run_with(args, &Names::new()?)
 }
 
-/// The same with the codecs of a registry.
+/// As [`run`], with the codecs of a registry.
 ///
 /// # Errors
 /// As [`run`].
@@ -144,7 +144,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
         print_refused(&resolution);
         return Ok(ExitCode::SUCCESS);
     }
-    // A shard may be empty: there are more of them than groups of cells.
+    // A shard may be empty, if there are more shards than groups of cells.
     if no_cells {
         print_refused(&resolution);
         return Err(BadInput(format!("{}: no combination can run", args.config.display())));
@@ -152,7 +152,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     let folder = args.out.clone().unwrap_or_else(|| Path::new("results").join(file_name(&experiment.name)));
     let target = Target::open(&args.device)?;
     announce(&target);
-    // All of them, lest shards tell different stories of one experiment; but for a single cell no more than it needs.
+    // All volumes, so that the shards of one experiment agree. A single cell loads only its own.
     let needed = |name: &str| args.cell.is_empty() || resolution.cells.iter().any(|c| c.volume == name);
     let volumes = load_all(&experiment, needed)?;
     for volume in &volumes {
@@ -163,7 +163,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     // Only now: bad input leaves no empty folder behind.
     let provenance = provenance(args, &experiment, text, &volumes, &target);
     let cells = resolution.cells.iter().map(Cell::id);
-    let claim = Claim::of_experiment(&provenance, cells, true);
+    let claim = report::claim(&provenance, cells, true);
     let out =
         OutFolder::open(&folder, &claim, Existing::of(args.resume, args.overwrite)).map_err(BadInput)?;
 
@@ -197,7 +197,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     summary(&folder, &outcome, &resolution, start);
     if outcome.missing > 0 {
         let command = machine::command_line();
-        // What was to be overwritten is gone.
+        // A later command needs no `--overwrite`: the old results are gone.
         let command = command.replace(" --overwrite", "");
         let resume = if args.resume { "" } else { " --resume" };
         eprintln!("interrupted: {} cells are left; go on with: {command}{resume}", outcome.missing);
@@ -206,10 +206,10 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     Ok(if outcome.failed() > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
 }
 
-/// All volumes before the first cell: a missing file is bad input, not a failed cell.
+/// Loads all volumes before the first cell: a missing file is bad input, not a failed cell.
 fn load_all(experiment: &Experiment, needed: impl Fn(&str) -> bool) -> Result<Vec<LoadedVolume>, BadInput> {
     let needed: Vec<_> = experiment.volumes.iter().filter(|v| needed(&v.name)).collect();
-    // What headers promise together; what is wrong with one of them is said when it is read.
+    // The sum over all headers. A wrong header is reported when its file is read.
     let promised = needed.iter().filter_map(|v| volume_layout(v).ok().flatten());
     let bytes = promised.map(|layout| layout.bytes()).fold(0, u64::saturating_add);
     let what = || format!("{}: holding all volumes of the experiment", experiment.name);
@@ -217,7 +217,7 @@ fn load_all(experiment: &Experiment, needed: impl Fn(&str) -> bool) -> Result<Ve
     Ok(needed.into_iter().map(|v| load(v, experiment.seed)).collect::<Result<_, _>>()?)
 }
 
-/// Warns of scenes that show nothing whatever is drawn, before hours are spent on them; returns what was said.
+/// Warns of scenes that show nothing, before hours are spent on them. Returns the warnings.
 fn warn_of_blank_scenes(
     experiment: &Experiment,
     resolution: &Resolution,
@@ -239,7 +239,7 @@ fn warn(text: &str) {
     eprintln!("warning: {text}; its pictures are not judged");
 }
 
-/// Leaves the cells of these names; without any, all.
+/// Keeps only the cells of these names. Without names, all.
 fn select(resolution: &mut Resolution, names: &[String]) -> Result<(), String> {
     for name in names {
         if resolution.cells.iter().any(|cell| cell.id() == *name) {
@@ -258,7 +258,7 @@ fn select(resolution: &mut Resolution, names: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Says what draws where it is not what one would expect.
+/// Prints what draws, if it is not the expected device.
 fn announce(target: &Target) {
     match target {
         Target::Cpu { reason: Some(reason) } => {
@@ -321,7 +321,7 @@ fn summary(folder: &Path, outcome: &Outcome, resolution: &Resolution, start: Ins
     say!("report: {}", folder.join("report.html").display());
 }
 
-/// An experiment's name as that of a folder.
+/// The name of an experiment, as a folder name.
 fn file_name(name: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' };
     let name: String = name.chars().map(safe).collect();

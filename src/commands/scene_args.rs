@@ -9,7 +9,7 @@ use cvr_core::render::{
 };
 
 use crate::exit::BadInput;
-use crate::experiment::scenes::read_table;
+use crate::experiment::inputs::scenes::read_table;
 
 /// What to draw, and how.
 #[derive(Debug, Args)]
@@ -114,7 +114,7 @@ impl SceneArgs {
         Ok(scene)
     }
 
-    /// Control points, and what their values mean.
+    /// Control points and the meaning of their values.
     fn transfer_function(&self) -> Result<(Vec<ControlPoint>, TransferDomain), BadInput> {
         let Some(text) = &self.transfer_function else { return Ok((grey_ramp(), TransferDomain::Range)) };
         if let Some(preset) = Preset::named(text) {
@@ -163,7 +163,7 @@ fn transfer_function_help() -> String {
     )
 }
 
-/// Transparent below a tenth of the range, then ever brighter and denser.
+/// Transparent below a tenth of the range, then increasingly bright and opaque.
 fn grey_ramp() -> Vec<ControlPoint> {
     let point = |value, grey, alpha| ControlPoint { value, rgba: [grey, grey, grey, alpha] };
     vec![point(0.1, 0.2, 0.0), point(0.5, 0.7, 0.05), point(1.0, 1.0, 0.5)]

@@ -32,7 +32,7 @@ pub struct Args {
     markdown: bool,
 }
 
-/// Prints or writes the schema of configurations, of the codecs and renderers of this build.
+/// Prints or writes the schema of configurations, with the codecs and renderers of this build.
 ///
 /// # Errors
 /// When the file cannot be written.

@@ -13,5 +13,5 @@ pub fn settings(info: &CodecInfo, assignments: &[String]) -> Result<Settings, Ba
         };
         settings.set(name.trim(), SettingValue::from(value.trim()));
     }
-    Ok(settings.complete(info)?)
+    Ok(info.complete(&settings)?)
 }

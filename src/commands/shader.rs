@@ -17,7 +17,7 @@ use super::scene_args::SceneArgs;
 use super::settings_args::settings;
 use super::volume_args::{RawArgs, is_container};
 use crate::exit::BadInput;
-use crate::experiment::volumes::LoadedVolume;
+use crate::experiment::inputs::volumes::LoadedVolume;
 use crate::input::{Generator, generate as generate_volume};
 use crate::registry::{Names, renderer};
 use crate::site;
@@ -57,9 +57,9 @@ pub struct Args {
     raw: RawArgs,
 }
 
-/// Prints the generated shaders: the passes that decode, if the site has such, and then the one that draws. Where the
-/// texture that holds a volume depends on the device, it is the shader for the one that this machine's device has, which the
-/// first line names; no device is needed.
+/// Prints the generated shaders: the decoding passes, if the site has any, then the drawing shader. If the texture that
+/// holds a volume depends on the device, the shader is for the texture of this machine's device, and the first line
+/// names it. No device is needed.
 ///
 /// # Errors
 /// When arguments or file are unusable, or the shader cannot be made.
@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
     run_with(args, &Names::new()?)
 }
 
-/// The same with the codecs of a registry.
+/// As [`run`], with the codecs of a registry.
 ///
 /// # Errors
 /// As [`run`].

@@ -8,8 +8,9 @@ use cvr_core::stability::{Subject, Verdict};
 
 use super::memory_args::MemoryArgs;
 use crate::exit::{BadInput, INTERRUPTED, SOME_FAILED};
-use crate::experiment::folder::{Existing, OutFolder};
-use crate::experiment::{interrupt, machine};
+use crate::experiment::files::folder::{Existing, OutFolder};
+use crate::experiment::records::machine;
+use crate::experiment::running::interrupt;
 use crate::progress::CellBar;
 use crate::registry::codecs;
 use crate::stability::atlas::Atlas;
@@ -170,7 +171,7 @@ fn summary(args: &Args, folder: &Path, atlas: &Atlas, outcome: &Outcome, start: 
     say!("atlas: {}", folder.join("atlas.html").display());
     if outcome.missing > 0 {
         let command = machine::command_line();
-        // What was to be overwritten is gone.
+        // A later command needs no `--overwrite`: the old results are gone.
         let command = command.replace(" --overwrite", "");
         let resume = if args.resume { "" } else { " --resume" };
         eprintln!("interrupted: {} cells are left; go on with: {command}{resume}", outcome.missing);

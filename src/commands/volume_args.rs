@@ -1,4 +1,4 @@
-//! A volume on the command line: files, with the layout of headerless ones.
+//! A volume on the command line: files, and the layout of headerless ones.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use cvr_core::pipeline::{ByteOrder, FilePath, RawLayout, Volume, VolumeSource};
 use cvr_core::volume::{Extent, StoredType};
 
 use crate::exit::BadInput;
-use crate::experiment::volumes::{LoadedVolume, load, read};
+use crate::experiment::inputs::volumes::{LoadedVolume, load, read};
 use crate::input::{InputVolume, found};
 
 /// Layout of a headerless volume file.
@@ -39,7 +39,7 @@ pub struct RawArgs {
 }
 
 impl RawArgs {
-    /// The volume in these files (of several, the frames follow each other), named after the first.
+    /// The volume in these files, named after the first. Frames of several files follow one another.
     pub fn volume(&self, paths: &[PathBuf]) -> Result<Volume, BadInput> {
         let raw = self.dims.zip(self.dtype).map(|(extent, stored)| RawLayout {
             extent,
@@ -57,7 +57,7 @@ impl RawArgs {
         Ok(Volume { name, source: VolumeSource::File { files, raw, spacing } })
     }
 
-    /// Loads a file, or what a pattern matches.
+    /// Loads a file, or all matches of a pattern.
     pub fn load(&self, path: &Path) -> Result<LoadedVolume, BadInput> {
         self.load_all(&[path.to_owned()])
     }
@@ -67,18 +67,18 @@ impl RawArgs {
         Ok(load(&self.volume(paths)?, 0)?)
     }
 
-    /// The files and folders that these paths stand for.
+    /// The files and folders of these paths.
     pub fn found(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, BadInput> {
         Ok(found(paths, self.dims.is_some())?)
     }
 
-    /// What [`Self::load_all`] loads as it was read, with samples that no codec may meet.
+    /// As [`Self::load_all`], before unusable samples are replaced.
     pub fn read_all(&self, paths: &[PathBuf]) -> Result<InputVolume, BadInput> {
         Ok(read(&self.volume(paths)?, 0)?.0)
     }
 }
 
-/// The stem of a file's name without wildcards; what is left of a pattern like `*.raw` is its folder's name.
+/// The stem of a file's name without wildcards. For a pattern like `*.raw` it is the folder's name.
 fn volume_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let stem = stem.strip_suffix(".nii").unwrap_or(&stem);
@@ -131,8 +131,7 @@ pub fn is_container(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("cvr"))
 }
 
-/// The folder that a file is to stand in must exist, and the file be another than the one that is read; a message
-/// beforehand beats one after a long run.
+/// The folder of an output file must exist, and the file must differ from the input. Checked before a long run starts.
 pub fn check_output(path: &Path, input: &Path) -> Result<(), BadInput> {
     if path.canonicalize().is_ok_and(|path| input.canonicalize().is_ok_and(|input| input == path)) {
         return Err(BadInput(format!("{} is the input: write to another file", path.display())));

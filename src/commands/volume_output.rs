@@ -1,4 +1,4 @@
-//! Volumes written in the format that was asked for, with what the format has no place for.
+//! Writes volumes in the requested format, with a note about data that the format cannot hold.
 
 use std::io::Write;
 use std::path::Path;
@@ -18,8 +18,8 @@ pub fn write_volume(path: &Path, format: Output, volume: &DenseVolume) -> Result
     write_volume_from(path, format, volume.layout(), |out| out.write_all(volume.samples().as_bytes()))
 }
 
-/// The same of samples that need not be in memory at once: `samples` writes those of the layout, in this machine's byte
-/// order, x fastest, channels interleaved, frame after frame.
+/// As [`write_volume`], for samples that need not be in memory at once. `samples` writes them in this machine's byte
+/// order: x fastest, channels interleaved, frame after frame.
 ///
 /// # Errors
 /// As [`write_volume`]; also when `samples` fails, and no file is there then.
@@ -37,7 +37,7 @@ pub fn write_volume_from(
     }
 }
 
-/// What must be said to read the file again, for the format does not hold it.
+/// The arguments that are needed to read the file again, because the format does not hold their values.
 pub fn not_held(format: Output, layout: &VolumeLayout) -> Option<String> {
     match format {
         Output::Raw => Some(format!("read it with{}", raw_arguments(layout))),

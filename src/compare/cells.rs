@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use super::identity::Identity;
 use super::side::Side;
-use crate::experiment::record::{Record, Status};
+use crate::experiment::records::record::{Record, Status};
 
 /// The same cell in two runs.
 #[derive(Copy, Clone, Debug)]
 pub struct Matched<'a> {
-    /// Of the first run.
+    /// The cell of the first run.
     pub first: &'a Record,
-    /// Of the other.
+    /// The cell of the other run.
     pub other: &'a Record,
 }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use cvr_core::pipeline::{Document, Experiment, Scene};
 
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
 use crate::registry::Names;
 
 /// All that defines a cell, and nothing of the machine or software that ran it.
@@ -13,7 +13,7 @@ use crate::registry::Names;
 pub struct Identity {
     /// Samples and layout: hash, size, type and spacing; the volume's name if the results have none of these.
     volume: String,
-    /// What the configuration says of the scene, or its name.
+    /// The configuration's definition of the scene, or the scene's name.
     scene: String,
     /// Codec, settings, renderer, site and filter, as the record has them.
     names: [String; 5],
@@ -36,7 +36,7 @@ pub(super) fn scenes(provenance: &Provenance) -> Option<BTreeMap<String, String>
 }
 
 impl Identity {
-    /// Of a record; `scenes` are the definitions, where all runs that are compared have theirs.
+    /// The identity of a record. `scenes` are the definitions, if all compared runs have them.
     pub(super) fn of(
         record: &Record,
         provenance: &Provenance,

@@ -6,8 +6,8 @@ use super::cells::{Matched, Pairing, pair};
 use super::quantity::{Compared, Kind, QUANTITIES, Quantity, Verdict};
 use super::side::Side;
 use super::text::{Naming, Together, by_series, change, compare, letter, mean, sentence, together};
-use crate::experiment::labels::full_cell;
-use crate::experiment::record::{Record, Status};
+use crate::experiment::records::labels::full_cell;
+use crate::experiment::records::record::{Record, Status};
 use crate::report::STYLE;
 
 const TEMPLATE: &str = include_str!("template.html");

@@ -1,6 +1,6 @@
 //! Quantities of two cells, and when their difference exceeds noise.
 
-use crate::experiment::record::Record;
+use crate::experiment::records::record::Record;
 
 /// How a quantity is compared.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub const QUANTITIES: [Quantity; 9] = [
 
 /// Half of the last digit that decibels are shown with.
 const DECIBELS_SHOWN: f64 = 0.005;
-/// What rounding may make of a size that was divided.
+/// Rounding error of a size that was divided.
 const SIZE_ROUNDING: f64 = 1e-9;
 
 /// Where a value lies against the first.

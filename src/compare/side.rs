@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::identity::{Identity, scenes};
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
-use crate::experiment::results::{Results, ResultsError};
+use crate::experiment::files::results::Results;
+use crate::experiment::files::whole_file::ResultsError;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
 
 /// The cells that one device ran, as one file of results has them.
 #[derive(Clone, Debug)]
@@ -67,7 +68,7 @@ impl Side {
         cells: Vec<(Identity, Record)>,
         scenes_by_name: bool,
     ) -> Self {
-        // Of what was merged, the run on this device.
+        // Of a merged folder, the run on this device.
         let part = p.parts.iter().find(|part| part.adapter == device && part.records > 0);
         let (version, git_hash, driver, cpu, cores, date) = part
             .map_or((&p.version, &p.git_hash, &p.driver, &p.cpu, p.cores, &p.date), |p| {

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::*;
-use crate::experiment::provenance::{Provenance, VolumeProvenance};
-use crate::experiment::record::{Record, Status};
-use crate::experiment::results::{tests::record, to_json};
+use crate::experiment::files::write_results::to_json;
+use crate::experiment::records::provenance::{Provenance, VolumeProvenance};
+use crate::experiment::records::record::tests::record;
+use crate::experiment::records::record::{Record, Status};
 
 fn quantity(field: &str) -> &'static Quantity {
     QUANTITIES.iter().find(|q| q.field == field).unwrap()

@@ -7,8 +7,8 @@ use comfy_table::{CellAlignment, Table, presets};
 use super::cells::{Matched, Pairing, pair};
 use super::quantity::{Compared, Kind, QUANTITIES, Quantity, Verdict};
 use super::side::Side;
-use crate::experiment::labels::Labels;
-use crate::experiment::record::{Record, Status};
+use crate::experiment::records::labels::Labels;
+use crate::experiment::records::record::{Record, Status};
 
 /// All runs against the first.
 #[must_use]
@@ -30,7 +30,7 @@ pub fn text(sides: &[Side], once: f64) -> String {
     out
 }
 
-/// What a run is called.
+/// Name of a run.
 pub(super) fn letter(i: usize) -> String {
     match u8::try_from(i) {
         Ok(i) if i < 26 => char::from(b'A' + i).to_string(),

@@ -5,12 +5,12 @@ use cvr_core::pipeline::Resolution;
 use cvr_core::volume::VolumeLayout;
 
 use super::Trials;
-use crate::experiment::stage::{BASELINE, RAW, REFERENCE};
+use crate::experiment::measured::reference::{BASELINE, RAW, REFERENCE};
 use crate::registry::Names;
 use crate::site;
 use crate::site::target::Target;
 
-/// What is counted, as a sentence for whoever reads the figures.
+/// What is counted, as a sentence for readers of the figures.
 pub const COUNTED: &str = "Counted in main memory: every original at once, and, of one volume and one codec at a time, \
      the encoded stream and the decoded frame in single precision, both also of raw, the baseline. On the device: the \
      texture and buffers of raw, and texture, buffers or both of the cell, as its site asks; of a ring, its layers across the shortest axis. Not counted: pictures, \
@@ -22,22 +22,22 @@ pub const COUNTED: &str = "Counted in main memory: every original at once, and, 
 pub struct Memory {
     /// In main memory.
     pub main_bytes: u64,
-    /// On the device; nothing is there where the CPU mirror draws.
+    /// Bytes on the device. 0 if the CPU mirror draws.
     pub device_bytes: u64,
     /// Whether a trial is missing: there may be more.
     pub at_least: bool,
 }
 
-/// What a codec with its settings holds for a volume.
+/// Memory of a codec with its settings for a volume.
 struct Held {
     /// Stream and decoded frame, in main memory.
     main: f64,
-    /// On the device, at each of the sites that were asked for.
+    /// On the device, for each requested site.
     device: Vec<f64>,
 }
 
 impl Held {
-    /// Where no trial tells: the decoded frame is certain.
+    /// Without a trial, only the decoded frame is known.
     fn unknown(layout: &VolumeLayout) -> Self {
         Self { main: frame_bytes(layout), device: Vec::new() }
     }
@@ -47,9 +47,10 @@ fn frame_bytes(layout: &VolumeLayout) -> f64 {
     layout.samples_per_frame() as f64 * size_of::<f32>() as f64
 }
 
-/// The height over all cells whose volume has a layout, were `target` to draw. `layout_of` gives a volume's layout by its name.
+/// The maximum over all cells whose volume has a layout, if `target` draws. `layout_of` gives a volume's layout by its
+/// name.
 ///
-/// What no trial could tell is left out.
+/// What no trial could measure is left out.
 ///
 /// # Errors
 /// A sentence, when there is no codec `raw`.
@@ -63,7 +64,7 @@ pub fn estimate<'l>(
     let raw_settings = names.codecs().get(RAW).map_err(|e| e.to_string())?.info().default_settings();
     let mut originals: Vec<(&str, u64)> = Vec::new();
     let (mut main, mut device, mut at_least) = (0.0_f64, 0.0_f64, false);
-    for group in resolution.cells.chunk_by(crate::experiment::shard::same_group) {
+    for group in resolution.cells.chunk_by(crate::experiment::shards::shard::same_group) {
         let first = &group[0];
         let Some(layout) = layout_of(&first.volume) else { continue };
         if !originals.iter().any(|(name, _)| *name == first.volume) {
@@ -130,10 +131,10 @@ mod tests {
             estimate(&set(sites), &names, &mut trials, &cpu, &layout_of).unwrap()
         };
         let voxels = (64.0_f64).powi(3);
-        // Original; raw's stream and frame; the larger of the other streams and frames; heads of files besides.
+        // Original; stream and frame of raw; the larger of the other streams and frames; plus headers of files.
         let main = memory("inline").main_bytes as f64 / voxels;
         assert!((1.0 + 5.0 + 5.0..11.2).contains(&main), "{main}");
-        // raw in a texture and a buffer; s3dc in bytes of index, or as single precision.
+        // raw in a texture and in a buffer; s3dc as one-byte indices, or in single precision.
         for (sites, bytes) in
             [("inline", 3.0), ("host", 6.0), ("deferred", 7.0), ("ring", 3.0 + 4.0 * 5.0 / 64.0)]
         {

@@ -1,9 +1,9 @@
-//! What a run would take, before it runs: time and memory, estimated.
+//! Estimates of a run's time and memory, before it runs.
 //!
-//! Volumes are opened for their headers alone ([`volume_layout`]). What a codec makes of a volume is measured on a small
-//! computed one of the same number type ([`Trial`]): seconds per voxel, bytes per voxel, and what frames take on the
-//! target that would draw, within an [`Allowance`]. [`memory`] and [`time`] scale that up; each says what it counts and what
-//! it leaves out, and what no trial could tell.
+//! Only the headers of volumes are read ([`volume_layout`]). A trial encodes and draws a small computed volume of the
+//! same number type ([`Trial`]). It measures seconds per voxel, bytes per voxel, and frame times on the target, within
+//! an [`Allowance`]. [`memory`] and [`time`] scale the results up. Each states what it counts, what it leaves out, and
+//! what no trial could measure.
 
 mod allowance;
 pub mod memory;

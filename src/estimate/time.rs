@@ -8,13 +8,13 @@ use cvr_engine::timing::{FrameTime, PairBudget, paired};
 
 use super::Trials;
 use super::trial::samples;
-use crate::experiment::pairs;
-use crate::experiment::shard::same_group;
-use crate::experiment::stage::{BASELINE, RAW, REFERENCE, filter_of_raw};
+use crate::experiment::measured::pairs;
+use crate::experiment::measured::reference::{BASELINE, RAW, REFERENCE, filter_of_raw};
+use crate::experiment::shards::shard::same_group;
 use crate::registry::Names;
 use crate::site::target::Target;
 
-/// What is counted, as a sentence for whoever reads the figures.
+/// What is counted, as a sentence for readers of the figures.
 pub const COUNTED: &str = "Counted: voxels × seconds per voxel to encode and to decode, each codec and its settings once \
      for a volume, raw once more; and frames × (a fixed part + pixels × samples along a ray × a rate): reference, \
      picture, raw's picture, and the pairs that time a cell. No ray is taken to miss or to end early. Training is \
@@ -28,13 +28,14 @@ pub struct Time {
     pub coding: f64,
     /// Drawing.
     pub drawing: f64,
-    /// What each codec with its settings takes of both, in the order of the cells; raw's part as the baseline is in none.
+    /// Times of each codec with its settings, in the order of the cells. Raw's pictures as the baseline are not
+    /// included.
     pub shares: Vec<Share>,
-    /// Whether a trial is missing, or was cut short: there may be more.
+    /// Whether a trial is missing or was cut short, so the time may be longer.
     pub at_least: bool,
 }
 
-/// What one codec with one set of settings takes, over all volumes.
+/// Times of one codec with one set of settings, over all volumes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Share {
     /// Codec id.
@@ -43,7 +44,7 @@ pub struct Share {
     pub settings: String,
     /// Seconds of encoding, and of decoding on the CPU.
     pub coding: f64,
-    /// Seconds of drawing and timing its own pictures, the baseline's in the pairs included.
+    /// Seconds of drawing and timing its own pictures, including the baseline's in the pairs.
     pub drawing: f64,
 }
 
@@ -60,12 +61,12 @@ impl Time {
     }
 }
 
-/// Pictures of raw that a volume in a scene under a renderer has been drawn in: the reference is the first.
+/// Pictures of raw that were drawn, by volume, scene and renderer. The first of each is the reference.
 type RawPictures = Vec<(String, String, (Site, Filter))>;
 
 /// The sum over all cells whose volume has a layout. `layout_of` gives a volume's layout by its name.
 ///
-/// What no trial could tell counts as nothing, and `at_least` says so.
+/// What no trial could measure counts as zero, and `at_least` is set.
 ///
 /// # Errors
 /// A sentence, when there is no codec `raw`.
@@ -134,7 +135,7 @@ fn coding_seconds(
     per_voxel * layout.voxels() as f64
 }
 
-/// Milliseconds of a pairing, warm-up included: the very protocol, over frames that take what they are said to.
+/// Milliseconds of a pairing, warm-up included. It runs the real protocol over frames of these times.
 fn pairing_ms(baseline_ms: f64, cell_ms: f64, budget: PairBudget) -> f64 {
     let spent = std::cell::Cell::new(0.0);
     let frame = |wall_ms: f64| {
@@ -151,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_pairing_draws_as_often_as_the_protocol_says() {
-        // Three rounds to warm up and 31 pairs of fast frames; one round and 7 pairs of slow ones.
+        // Fast frames: three warm-up rounds and 31 pairs. Slow frames: one warm-up round and 7 pairs.
         let budget = PairBudget::default();
         assert!((pairing_ms(1.0, 2.0, budget) - 34.0 * 3.0).abs() < 1e-6);
         assert!((pairing_ms(1000.0, 500.0, budget) - 8.0 * 1500.0).abs() < 1e-6);

@@ -1,7 +1,7 @@
 //! A codec with its settings tried on a small computed volume.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
@@ -12,21 +12,21 @@ use cvr_core::volume::{
     BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, SampleType, Samples, VolumeLayout,
 };
 
-use crate::experiment::encoded::{Encoded, encode};
+use crate::experiment::running::encoded::{Encoded, encode};
 use crate::input::{Generator, generate};
 use crate::registry::renderer;
 use crate::site::coded::CodedFrame;
 use crate::site::picture::VoxelSource;
 use crate::site::target::Target;
 
-/// Voxels along each axis of the volume that is tried.
+/// Voxels along each axis of the trial volume.
 pub const TRIAL_EDGE: u32 = 48;
-/// Edges that are tried one after the other, the next only where there is time for it.
+/// Edges to try, one after another. The next one runs only if there is time.
 pub(super) const EDGES: [u32; 2] = [16, TRIAL_EDGE];
-/// Sides in pixels of the pictures that are drawn of it, likewise.
+/// Sides in pixels of the trial pictures, used likewise.
 pub(super) const SIDES: [u32; 3] = [8, 32, 96];
 
-/// What one codec with one set of settings made of the small volume.
+/// Results of one codec with one set of settings on the small volume.
 #[derive(Debug)]
 pub struct Trial {
     encoded: Encoded,
@@ -35,27 +35,27 @@ pub struct Trial {
     pub(super) edge: u32,
 }
 
-/// A picture of a trial: its samples, and milliseconds of a frame.
+/// A picture of a trial: number of samples, and frame time in milliseconds.
 pub(super) type Drawn = (f64, f64);
 
-/// Milliseconds of a frame: `fixed_ms + ms_per_sample × samples`, samples as `samples` counts them.
+/// Frame time in milliseconds: `fixed_ms + ms_per_sample × samples`. [`samples`] counts the samples.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Frames {
-    /// What a frame takes however small it is.
+    /// Time of a picture without samples.
     pub fixed_ms: f64,
-    /// What each sample along a ray, or on a slice, adds.
+    /// Additional time per ray sample.
     pub ms_per_sample: f64,
 }
 
 impl Frames {
-    /// Milliseconds of a frame of so many samples.
+    /// Frame time in milliseconds for this number of samples.
     #[must_use]
     pub fn frame_ms(self, samples: f64) -> f64 {
         self.fixed_ms + self.ms_per_sample * samples
     }
 
-    /// The line through the last two measurements; neither part is negative. One alone counts by its samples; `None`
-    /// without any.
+    /// The line through the last two measurements. Neither part is negative. A single one gives a time per sample.
+    /// `None` without measurements.
     pub(super) fn of(drawn: &[Drawn]) -> Option<Self> {
         match *drawn {
             [] => None,
@@ -70,8 +70,8 @@ impl Frames {
     }
 }
 
-/// Samples of a picture: its pixels times the edge of a cube as large as the volume, in steps. Rays that pass by or end
-/// early, clip boxes and skipping are not taken off.
+/// Number of samples of a picture: its pixels, times the steps across a cube as large as the volume. Rays that miss or
+/// end early, clip boxes and skipping are not subtracted.
 #[must_use]
 pub fn samples(scene: &Scene, layout: &VolumeLayout) -> f64 {
     let [width, height] = scene.size.map(f64::from);
@@ -81,7 +81,7 @@ pub fn samples(scene: &Scene, layout: &VolumeLayout) -> f64 {
 }
 
 impl Trial {
-    /// Encodes and decodes a small volume of this edge; stops where `stop` becomes true.
+    /// Encodes and decodes a small volume of this edge. Stops if `stop` becomes true.
     ///
     /// # Errors
     /// A sentence, when the codec or the disk refuses, or it was stopped.
@@ -99,7 +99,7 @@ impl Trial {
         Ok(Self { encoded, voxels: volume.layout().voxels() as f64, edge })
     }
 
-    /// Tries one edge after the other, as long as the next is likely to end within `limit`; tells each.
+    /// Tries one edge after another, as long as the next one will probably end within `limit`. Sends each result.
     pub(super) fn grow(
         codec: &dyn Codec,
         settings: &Settings,
@@ -143,13 +143,13 @@ impl Trial {
         self.encoded.file_bytes as f64 / self.voxels
     }
 
-    /// The frame of the small stream; `codec` is the codec's id.
+    /// The frame of the small stream. `codec` is the codec's id.
     #[must_use]
     pub fn coded<'a>(&'a self, codec: &'a str) -> CodedFrame<'a> {
         self.encoded.coded(codec, FrameIndex::FIRST)
     }
 
-    /// What draws the pictures of a cell.
+    /// The pictures of a cell.
     ///
     /// # Errors
     /// A sentence, when its frame does not decode.
@@ -165,8 +165,8 @@ impl Trial {
     }
 }
 
-/// Pictures of the small volume as a cell would draw it, in its scene's step, light and box, under a faint transfer function
-/// that ends no ray. Owns all that it needs, since it may draw when nobody waits any more.
+/// Pictures of the small volume as a cell would draw it: with the scene's step, light and box, and a faint transfer
+/// function that ends no ray. It owns all its data, because it may still draw when nobody waits for it.
 pub(super) struct Pictures {
     decoder: Arc<dyn Decoder>,
     frame: Arc<DecodedFrame>,
@@ -177,14 +177,19 @@ pub(super) struct Pictures {
 
 impl Pictures {
     /// Draws one picture after the other, each once to warm up and once to time it, as long as the next is likely to end
-    /// within `limit`; tells each.
-    pub(super) fn grow(&self, limit: Duration, tell: &Sender<Result<Drawn, String>>) {
+    /// within `limit` and `stop` is false; tells each.
+    pub(super) fn grow(&self, limit: (Duration, &AtomicBool), tell: &Sender<Result<Drawn, String>>) {
         if let Err(problem) = self.draw(limit, tell) {
             _ = tell.send(Err(problem));
         }
     }
 
-    fn draw(&self, limit: Duration, tell: &Sender<Result<Drawn, String>>) -> Result<(), String> {
+    fn draw(
+        &self,
+        (limit, stop): (Duration, &AtomicBool),
+        tell: &Sender<Result<Drawn, String>>,
+    ) -> Result<(), String> {
+        let go_on = || if stop.load(Ordering::Relaxed) { Err("stopped".to_owned()) } else { Ok(()) };
         let Self { decoder, frame, target, cell, scene } = self;
         let begin = Instant::now();
         let renderer = renderer(&cell.renderer)?;
@@ -200,10 +205,13 @@ impl Pictures {
             if begin.elapsed().as_secs_f64() + likely_ms / 1000.0 > limit.as_secs_f64() {
                 return Ok(());
             }
+            go_on()?;
             let scene = small_scene(scene, side);
             let view = view_of(&scene, decoder.layout(), cell.filter)?;
             let picture = target.picture(renderer.as_ref(), &view, &voxels).map_err(|e| e.to_string())?;
+            go_on()?;
             picture.draw().map_err(|e| e.to_string())?;
+            go_on()?;
             let time = picture.draw().map_err(|e| e.to_string())?;
             if tell.send(Ok((samples(&scene, decoder.layout()), time.wall_ms))).is_err() {
                 return Ok(());
@@ -231,8 +239,7 @@ fn view_of(scene: &Scene, layout: &VolumeLayout, filter: Filter) -> Result<View,
     scene.view(range, filter).map_err(|e| e.to_string())
 }
 
-/// Noise of several octaves: neither the easiest nor the hardest thing for a codec. Of a colour volume, all channels
-/// hold the same.
+/// Noise of several octaves: neither the easiest nor the hardest data for a codec. All channels hold the same values.
 fn small_volume(edge: u32, sample: SampleType, channels: u32) -> Result<FiniteVolume, String> {
     fn repeated<T: Copy>(values: Vec<T>, channels: u32) -> Vec<T> {
         values.into_iter().flat_map(|v| std::iter::repeat_n(v, channels as usize)).collect()
@@ -260,7 +267,7 @@ mod tests {
         assert_eq!(Frames::of(&[]), None);
         let one = Frames::of(&[(100.0, 3.0)]).unwrap();
         assert!((one.frame_ms(200.0) - 6.0).abs() < 1e-9);
-        // Of three, the first says least.
+        // The first of three measurements is not used.
         assert_eq!(
             Frames::of(&[(1.0, 900.0), (100.0, 3.0), (1100.0, 5.0)]),
             Frames::of(&[(100.0, 3.0), (1100.0, 5.0)])

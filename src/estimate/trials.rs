@@ -1,32 +1,36 @@
-//! Trials that were made, each once, and none for longer than it may take.
+//! All trials. Each runs once, within its time limit.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use cvr_core::codec::Settings;
 use cvr_core::pipeline::{Cell, Scene};
 use cvr_core::volume::VolumeLayout;
 
-use super::allowance::{Allowance, Spending, within};
+use super::allowance::{Allowance, Spending, Unfinished, within};
 use super::trial::{Frames, SIDES, TRIAL_EDGE, Trial};
 use crate::registry::Names;
 use crate::site::target::Target;
 
-/// Less than this is no time for a trial.
+/// A trial with less time than this is not started.
 const LEAST: Duration = Duration::from_millis(20);
 
-/// What one trial took.
+/// How long the end of trials that are out of time is waited for. Lavapipe compiles the slowest shader that is known in a few
+/// seconds.
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
+
+/// Times of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
-    /// What records call the codec.
+    /// Label of the codec in records.
     pub codec: String,
     /// Its settings.
     pub settings: String,
     /// Wall seconds.
     pub seconds: f64,
-    /// What it lacks, as a sentence without its end: estimates that stand on it are too low.
+    /// What it lacks, as a sentence without its end. Estimates based on it are too low.
     pub lacks: Option<String>,
 }
 
@@ -37,19 +41,21 @@ pub struct Trials<'a> {
     spending: Spending,
     trials: BTreeMap<String, Result<Trial, String>>,
     frames: BTreeMap<String, Result<Frames, String>>,
-    /// The frames that were drawn last of a codec at a site.
+    /// The latest frame times of a codec at a site.
     at_site: BTreeMap<String, Frames>,
     costs: Vec<Cost>,
+    /// Trials that did not end in their time.
+    unfinished: Vec<Unfinished>,
 }
 
 impl<'a> Trials<'a> {
-    /// None yet; nobody is told what is tried.
+    /// No trials yet, and no reports.
     #[must_use]
     pub fn new(names: &'a Names, allowance: Allowance) -> Self {
         Self::reporting(names, allowance, &|_| {})
     }
 
-    /// None yet; `report` is told what is about to be tried.
+    /// No trials yet. `report` is called before each trial.
     #[must_use]
     pub fn reporting(names: &'a Names, allowance: Allowance, report: &'a dyn Fn(&str)) -> Self {
         Self {
@@ -60,10 +66,11 @@ impl<'a> Trials<'a> {
             frames: BTreeMap::new(),
             at_site: BTreeMap::new(),
             costs: Vec::new(),
+            unfinished: Vec::new(),
         }
     }
 
-    /// What was tried, and what it took.
+    /// The trials and their times.
     #[must_use]
     pub fn costs(&self) -> &[Cost] {
         &self.costs
@@ -91,12 +98,10 @@ impl<'a> Trials<'a> {
             return Err(self.skipped(codec, settings, "encode"));
         }
         (self.report)(&format!("{codec} {settings}: encode"));
-        let stop = Arc::new(AtomicBool::new(false));
-        let (start, stopped) = (Instant::now(), stop.clone());
+        let start = Instant::now();
         let (given, shape) = (settings.clone(), (layout.sample, layout.channels));
         let (mut trials, ended) =
-            within(left, move |tell| Trial::grow(own.as_ref(), &given, shape, (left, &stopped), tell));
-        stop.store(true, Ordering::Relaxed);
+            self.within(left, move |tell, stop| Trial::grow(own.as_ref(), &given, shape, (left, stop), tell));
         self.spending.add(&site, start.elapsed());
         let trial = trials.pop().unwrap_or_else(|| Err(unfinished(ended, "encode", left)));
         let lacks = match &trial {
@@ -108,8 +113,8 @@ impl<'a> Trials<'a> {
         trial
     }
 
-    /// What frames of a cell take. Scenes that differ in size, camera or colours share a measurement; where there was no
-    /// time for one, other frames of the codec at this site stand in for it.
+    /// Frame times of a cell. Scenes that differ in size, camera or colours share a measurement. If there was no time
+    /// for one, other frame times of the codec at this site replace it.
     ///
     /// # Errors
     /// As [`Trials::of`], and when the target refuses.
@@ -149,7 +154,7 @@ impl<'a> Trials<'a> {
         }
         (self.report)(&format!("{} {}: draw {way}", cell.codec, cell.settings));
         let start = Instant::now();
-        let (drawn, ended) = within(left, move |tell| pictures.grow(left, tell));
+        let (drawn, ended) = self.within(left, move |tell, stop| pictures.grow((left, stop), tell));
         self.spending.add(&site, start.elapsed());
         let count = drawn.len();
         let frames = match drawn.into_iter().collect::<Result<Vec<_>, _>>() {
@@ -168,6 +173,30 @@ impl<'a> Trials<'a> {
         frames
     }
 
+    /// Waits for the threads of trials that did not end in their time, for one minute at most. A process that ends while one
+    /// of them compiles or draws may end in its driver, by a signal.
+    pub fn end(&mut self) {
+        if !self.unfinished.is_empty() {
+            (self.report)("ending what was not done in its time");
+        }
+        let end = Instant::now() + LONGEST_WAIT;
+        for unfinished in self.unfinished.drain(..) {
+            _ = unfinished.end(end.saturating_duration_since(Instant::now()));
+        }
+    }
+
+    /// What work has told within its time, and whether it has ended; where it has not, its thread is waited for later.
+    fn within<T: Send + 'static>(
+        &mut self,
+        limit: Duration,
+        work: impl FnOnce(&Sender<T>, &AtomicBool) + Send + 'static,
+    ) -> (Vec<T>, bool) {
+        let (told, unfinished) = within(limit, work);
+        let ended = unfinished.is_none();
+        self.unfinished.extend(unfinished);
+        (told, ended)
+    }
+
     fn cost(&mut self, codec: &str, settings: &Settings, took: Duration, lacks: Option<String>) {
         let (codec, settings) = (codec.to_owned(), settings.to_string());
         self.costs.push(Cost { codec, settings, seconds: took.as_secs_f64(), lacks });
@@ -177,6 +206,12 @@ impl<'a> Trials<'a> {
         let problem = format!("no time left to {what}");
         self.cost(codec, settings, Duration::ZERO, Some(problem.clone()));
         problem
+    }
+}
+
+impl Drop for Trials<'_> {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 
@@ -192,52 +227,4 @@ fn trial_key(codec: &str, settings: &Settings, layout: &VolumeLayout) -> String 
 }
 
 #[cfg(test)]
-mod tests {
-    use cvr_core::codec::Site;
-    use cvr_core::volume::{Extent, SampleType};
-
-    use super::*;
-
-    #[test]
-    fn a_trial_says_what_a_codec_makes_of_a_voxel() {
-        let names = Names::new().unwrap();
-        let mut trials = Trials::new(&names, UNBOUNDED);
-        let layout = VolumeLayout::scalar(Extent::cube(100).unwrap(), SampleType::U16);
-        let raw = names.codecs().get("raw").unwrap().info().default_settings();
-        let raw = trials.of("raw", &raw, &layout).unwrap();
-        assert!((raw.stream_bytes_per_voxel() - 2.0).abs() < 0.05);
-        let raw = raw.coded("raw");
-        assert_eq!((raw.texel_bytes(), raw.buffer_bytes_per_voxel().unwrap()), (2, 2.0));
-        let colour = VolumeLayout { channels: 3, sample: SampleType::U8, ..layout.clone() };
-        let raw = names.codecs().get("raw").unwrap().info().default_settings();
-        assert_eq!(trials.of("raw", &raw, &colour).unwrap().coded("raw").texel_bytes(), 4);
-        let s3dc = names.codecs().get("s3dc").unwrap().info().default_settings();
-        let s3dc = trials.of("s3dc", &s3dc, &layout).unwrap();
-        // 4 bits of index, and two ends for a block of 16³.
-        assert!((s3dc.coded("s3dc").buffer_bytes_per_voxel().unwrap() - 0.5).abs() < 0.01);
-        assert!(s3dc.encode_seconds_per_voxel() > 0.0 && s3dc.decode_seconds_per_voxel() > 0.0);
-        // Half a byte in blocks where the target takes such; decoded, 16 bits.
-        let bc4 = names.codecs().get("bc4").unwrap().info().default_settings();
-        let bc4 = trials.of("bc4", &bc4, &layout).unwrap().coded("bc4");
-        assert_eq!(bc4.buffer_bytes_per_voxel().unwrap(), 0.5);
-        let host = crate::site::of(Site::Host).device_bytes(bc4, &Target::Cpu { reason: None }, &layout);
-        assert_eq!(host, Ok(2.0 * 100.0 * 100.0 * 100.0));
-        assert!(trials.of("none", &Settings::default(), &layout).is_err());
-    }
-
-    /// However slow the machine is that runs this test.
-    const UNBOUNDED: Allowance =
-        Allowance { each: Duration::from_secs(3600), all: Duration::from_secs(3600) };
-
-    #[test]
-    fn without_time_nothing_is_tried_and_that_is_said() {
-        let names = Names::new().unwrap();
-        let none = Allowance { each: Duration::ZERO, all: Duration::ZERO };
-        let mut trials = Trials::new(&names, none);
-        let layout = VolumeLayout::scalar(Extent::cube(100).unwrap(), SampleType::U16);
-        let raw = names.codecs().get("raw").unwrap().info().default_settings();
-        assert_eq!(trials.of("raw", &raw, &layout).unwrap_err(), "no time left to encode");
-        assert_eq!(trials.costs().len(), 1);
-        assert_eq!(trials.costs()[0].lacks.as_deref(), Some("no time left to encode"));
-    }
-}
+mod tests;

@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use cvr_core::pipeline::{Volume, VolumeSource};
 use cvr_core::volume::VolumeLayout;
 
-use crate::experiment::volumes::LoadError;
+use crate::experiment::inputs::volumes::LoadError;
 use crate::input;
 
-/// What the headers of a volume's files say, or its generator's settings; `None` of slices, whose number and size show
-/// when they are read.
+/// The layout from the headers of a volume's files, or from its generator's settings. `None` for slices: their number
+/// and size are known only after reading.
 ///
 /// # Errors
 /// When a variable in its path is unset, a file is missing, or its header is unusable.

@@ -110,7 +110,7 @@ pub enum InputError {
     Header {
         /// The line, or the file where something is missing.
         place: Place,
-        /// What is wrong.
+        /// The problem.
         problem: String,
         /// What would be right.
         remedy: String,
@@ -120,9 +120,9 @@ pub enum InputError {
     Unsupported {
         /// Where it is asked for.
         place: Place,
-        /// What is asked for.
+        /// The requested value.
         found: String,
-        /// What could stand there instead.
+        /// The possible values.
         supported: String,
     },
     /// The volume exceeds [`super::MAX_VOLUME_BYTES`].
@@ -133,9 +133,9 @@ pub enum InputError {
     TooLarge {
         /// Where the size is claimed.
         place: Place,
-        /// What is claimed: voxels along x, y, z, channels, frames.
+        /// The claim: voxels along x, y, z, channels, frames.
         what: String,
-        /// Claimed bytes, uncompressed, in the file or in memory, whichever is more.
+        /// Claimed bytes, uncompressed: the larger of the sizes in the file and in memory.
         bytes: u128,
     },
     /// The volume is within the limit, but this machine cannot hold it.
@@ -154,7 +154,7 @@ pub enum InputError {
     Data {
         /// The data file.
         place: Place,
-        /// What is wrong.
+        /// The problem.
         problem: String,
         /// What would be right.
         remedy: String,
@@ -181,7 +181,7 @@ pub enum InputError {
     NoFiles {
         /// The pattern or folder.
         place: Place,
-        /// What is missing.
+        /// The missing part.
         problem: String,
         /// What would be right.
         remedy: String,

@@ -1,4 +1,4 @@
-//! Which format a file has, and what its reader makes of it.
+//! The format of a file, and its reader.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -82,7 +82,8 @@ pub(super) fn open_one(path: &Path) -> Result<InputVolume, InputError> {
     }
 }
 
-/// What the header of such a file says, no voxel being read; `None` of slices, whose number and size show when they are.
+/// The layout in the header of such a file. No voxel is read. `None` for slices: their number and size are known only
+/// after reading.
 pub(super) fn layout_one(path: &Path) -> Result<Option<StoredLayout>, InputError> {
     if path.is_dir() {
         return Ok(None);

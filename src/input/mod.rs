@@ -1,12 +1,12 @@
 //! Volumes from files and generators.
 //!
-//! Every reader ends in an [`InputVolume`]: samples x fastest, channels interleaved, frame after frame; spacing in the
-//! file's unit of length (1 where the file is silent). A header is never believed: sizes are bounded before they are
-//! multiplied, compared with the length of the file before memory is reserved, and a compressed stream is decoded
-//! only as far as the header's byte count. Data files of detached headers may lie anywhere; errors name both files.
+//! Every reader returns an [`InputVolume`]: samples x fastest, channels interleaved, frame after frame; spacing in the
+//! file's unit of length (1 if the file has none). Headers are not trusted: sizes are bounded before they are
+//! multiplied, and compared with the length of the file before memory is reserved. A compressed stream is decoded only
+//! up to the header's byte count. Data files of detached headers may be anywhere; errors name both files.
 //!
-//! `docs/user/inputs.md` lists, for each format, what is read and what is refused. Orientation is never read: origins,
-//! directions and matrices have no bearing on a picture yet.
+//! `docs/user/inputs.md` lists for each format what is read and what is refused. Orientation is never read: origins,
+//! directions and matrices have no effect on a picture yet.
 
 mod axes;
 mod error;
@@ -42,7 +42,7 @@ use cvr_core::volume::DenseVolume;
 
 use format::open_one;
 
-/// Largest volume that is read or generated, in bytes of uncompressed samples.
+/// Largest volume to read or generate, in bytes of uncompressed samples.
 pub const MAX_VOLUME_BYTES: u64 = 1 << 33;
 
 /// The file formats, for help texts and errors.
@@ -52,8 +52,8 @@ pub const FORMATS: &str = "NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI-1 
 
 /// Reads a volume from a file that describes itself, or from a folder of slices.
 ///
-/// The content decides where it is recognised, the extension otherwise. What reading did to wide number types is
-/// told by [`read`].
+/// The content decides the format if it is recognised, else the extension. [`read`] also returns how wide number types
+/// were converted.
 ///
 /// # Errors
 /// When the file cannot be read, is of no supported format, breaks the rules of its format, uses a part of it
@@ -62,7 +62,7 @@ pub fn open(path: &Path) -> Result<DenseVolume, InputError> {
     open_one(path).map(|input| input.volume)
 }
 
-/// Reads a headerless file, whose voxels must fill it from `skip_bytes` to its end exactly.
+/// Reads a headerless file. Its voxels must fill it exactly from `skip_bytes` to its end.
 ///
 /// # Errors
 /// When the file cannot be read or has another length, the spacing is not positive and finite, or the volume

@@ -57,7 +57,7 @@ pub(super) struct Payload {
     pub stored_bytes: Option<u64>,
     pub encoding: Encoding,
     pub byte_order: ByteOrder,
-    /// What is done to every sample.
+    /// The conversion of every sample.
     pub scale: Option<Scale>,
 }
 
@@ -66,7 +66,7 @@ pub(super) struct Payload {
 pub(super) struct Described {
     pub layout: StoredLayout,
     pub payload: Payload,
-    /// What the file's axes are, fastest first; empty where they are those of memory.
+    /// The file's axes, fastest first. Empty if they are in memory order.
     pub axes: Vec<Axis>,
 }
 

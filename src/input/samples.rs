@@ -28,7 +28,7 @@ pub(super) struct SampleSink {
 #[derive(Copy, Clone, Debug)]
 pub(super) struct NoMemory;
 
-/// Bytes that pass through memory beside the samples.
+/// Bytes in memory in addition to the samples.
 const CHUNK_BYTES: usize = 1 << 18;
 
 /// A number as it lies in a file.
@@ -115,14 +115,14 @@ impl SampleSink {
         capacity.saturating_sub(self.len())
     }
 
-    /// Whether so many samples more may be taken.
+    /// Checks that this many more samples fit into memory.
     pub fn check(&self, more: usize) -> Result<(), NoMemory> {
         let samples = (self.len() as u64).saturating_add(more as u64);
         let bytes = samples.saturating_mul(self.samples.sample_type().bytes() as u64);
         memory::check(bytes, String::new).map_err(|_| NoMemory)
     }
 
-    /// Makes room for exactly so many samples more.
+    /// Makes room for exactly this many more samples.
     pub fn reserve(&mut self, more: usize) -> Result<(), NoMemory> {
         self.check(more)?;
         match &mut self.samples {

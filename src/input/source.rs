@@ -51,8 +51,8 @@ pub fn read(
 /// after the other. `None` of slices, whose number and size show when they are read.
 ///
 /// # Errors
-/// When there is no file, one is missing, its header is damaged or hostile, or it is cut short as far as its length
-/// tells. That files are alike shows when they are read.
+/// When there is no file, one is missing, its header is damaged or hostile, or its length shows that it is cut
+/// short. Whether files match each other is checked when they are read.
 pub fn layout(
     files: &[PathBuf],
     raw: Option<&RawLayout>,

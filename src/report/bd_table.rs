@@ -7,8 +7,8 @@ use super::cells::{View, distinct, views, volumes};
 use super::curves::{Measure, Named, of_view, of_volume};
 use super::figure::Sheet;
 use super::number::fixed;
-use crate::experiment::labels::Labels;
-use crate::experiment::record::Record;
+use crate::experiment::records::labels::Labels;
+use crate::experiment::records::record::Record;
 
 /// What curves may be compared within.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +16,7 @@ struct Scope {
     volume: String,
     /// Scene and renderer, of pictures.
     view: String,
-    /// What is measured, in words.
+    /// The measured quantity, in words.
     measure: &'static str,
     curves: Vec<Named>,
 }
@@ -140,7 +140,7 @@ fn of_several<'a>(scopes: impl Iterator<Item = &'a Scope>) -> bool {
     distinct(all.iter().map(|s| s.volume.clone())).len() > 1 || distinct(views).len() > 1
 }
 
-/// One row per series and view; what concerns no view stands in the first.
+/// One row per series and view. Values without a view are in the first row.
 fn of_volume_rows(volume: &str, all: &[(&Scope, Difference)]) -> Vec<Value> {
     let own = || all.iter().filter(|(s, _)| s.volume == volume);
     let mut views = distinct(own().filter(|(s, _)| s.measure == PICTURE).map(|(s, _)| s.view.clone()));
@@ -184,7 +184,7 @@ fn means(series: &str, all: &[(&Scope, Difference)]) -> Value {
     context! { series => series, cells => cells.concat() }
 }
 
-/// Every pair, in full precision; what was refused is empty, with the reason beside it.
+/// Every pair, in full precision. A refused value is empty, and the reason is next to it.
 pub(super) fn sheet(records: &[Record], labels: &Labels) -> Option<Sheet> {
     let scopes = scopes(records, labels);
     let mut sheet = Sheet::new(&[
@@ -216,7 +216,7 @@ pub(super) fn sheet(records: &[Record], labels: &Labels) -> Option<Sheet> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     /// Two volumes; `vq` is 2 dB better in all voxels and 1 dB in the foreground, and `hvq` has two points.
     fn records() -> Vec<Record> {

@@ -1,13 +1,14 @@
-//! Every chart as files beside the report: `charts/<name>.svg` to be shown, `charts/<name>.csv` to be drawn anew.
+//! Every chart as files next to the report: `charts/<name>.svg` to show, `charts/<name>.csv` to redraw.
 
 use super::ReportError;
 use super::chart::{Chart, Point};
 use super::figure::{ALL_VOLUMES, Figure, Sheet};
 use super::page::STYLE;
-use crate::experiment::folder::{CHARTS, OutFolder};
-use crate::experiment::labels::Labels;
-use crate::experiment::record::{Record, Status};
-use crate::experiment::results::ResultsError;
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::files::names::CHARTS;
+use crate::experiment::files::whole_file::ResultsError;
+use crate::experiment::records::labels::Labels;
+use crate::experiment::records::record::{Record, Status};
 
 /// Writes the files, each whole or not at all, and then removes those of charts that no longer exist. `tables` have names
 /// without ending, and no drawing.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use cvr_core::codec::Site;
 
-use crate::experiment::record::{Record, Status};
+use crate::experiment::records::record::{Record, Status};
 
 /// One volume drawn in one scene by one renderer: what pictures and frame times may be compared within.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -112,7 +112,7 @@ pub(super) fn site_rank(site: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     #[test]
     fn baselines_are_told_by_site_filter_and_who_filters() {

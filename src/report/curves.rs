@@ -2,8 +2,8 @@
 
 use super::bjontegaard::Curve;
 use super::cells::{View, blends, compressed, distinct, ok, site_rank};
-use crate::experiment::labels::Labels;
-use crate::experiment::record::Record;
+use crate::experiment::records::labels::Labels;
+use crate::experiment::records::record::Record;
 
 /// What quality a curve shows.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]

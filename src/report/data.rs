@@ -1,4 +1,4 @@
-//! What the page's script draws from: records as JSON that no text of theirs can break out of.
+//! Data of the page's script: records as JSON. No text in them can leave the JSON.
 
 use serde::Serialize;
 
@@ -7,9 +7,9 @@ use super::chart::{Mark, Shape};
 use super::charts::{Palette, baseline_mark, failure_entry, filter_entries};
 use super::reproduce;
 use super::table::quantities;
-use crate::experiment::labels::full_cell;
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
+use crate::experiment::records::labels::full_cell;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
 
 /// A value of a quantity: JSON knows neither infinity nor NaN.
 #[derive(Serialize)]
@@ -152,7 +152,7 @@ fn values(record: &Record) -> Vec<Option<Number>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     #[test]
     fn hostile_names_stay_within_their_strings() {

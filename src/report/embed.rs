@@ -24,7 +24,7 @@ impl Pictures {
         Self { folder: folder.to_owned(), left: budget, linked: 0, known: HashMap::new() }
     }
 
-    /// The `src` of a picture, or `None` where there is no such PNG.
+    /// The `src` of a picture. `None` if there is no such PNG.
     ///
     /// Only paths that stay below the folder are read: a record is data, and must not pull other files into a page
     /// that is then passed on.

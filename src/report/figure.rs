@@ -10,12 +10,12 @@ const LONGEST: usize = 120;
 pub(super) struct Figure {
     /// File name without ending; no two are alike, not even in lower case.
     pub(super) name: String,
-    /// The last part of the name, by which `docs/user/evaluation.md` tells what the chart shows.
+    /// The last part of the name. `docs/user/evaluation.md` explains charts under it.
     pub(super) kind: String,
     /// `None` for all together.
     pub(super) volume: Option<String>,
     pub(super) caption: String,
-    /// The legend stands beside the drawing, not below.
+    /// Whether the legend is next to the drawing, not below.
     pub(super) wide: bool,
     pub(super) chart: Chart,
     /// What its CSV file holds, where that is not its marks.

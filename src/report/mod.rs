@@ -12,9 +12,9 @@ mod beside;
 mod bjontegaard;
 mod cells;
 mod charts;
+mod claim;
 mod curves;
 mod data;
-mod earlier;
 mod embed;
 mod figure;
 mod noise;
@@ -31,15 +31,15 @@ pub(crate) use page::STYLE;
 #[cfg(test)]
 mod tests;
 
-pub use earlier::earlier;
+pub use claim::claim;
 pub use embed::EMBEDDED_BYTES;
 
 use std::path::PathBuf;
 
-use crate::experiment::folder::OutFolder;
-use crate::experiment::provenance::{Provenance, RefusedCell};
-use crate::experiment::record::Record;
-use crate::experiment::results::ResultsError;
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::files::whole_file::ResultsError;
+use crate::experiment::records::provenance::{Provenance, RefusedCell};
+use crate::experiment::records::record::Record;
 
 /// Why a report could not be written.
 #[derive(Debug, thiserror::Error)]

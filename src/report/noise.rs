@@ -1,6 +1,6 @@
 //! When two frame times tie: if the middle halves of their measurements overlap.
 
-use crate::experiment::record::{NOISY_SPREAD, Record};
+use crate::experiment::records::record::{NOISY_SPREAD, Record};
 
 /// The middle half of the paired ratios whose median is `relative_frame_time`. Records have only the interquartile range;
 /// it is laid evenly around the median. A cell without a spread has none.
@@ -26,7 +26,7 @@ pub(super) fn is_noisy(record: &Record) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     #[test]
     fn cells_tie_where_their_middle_halves_meet() {

@@ -10,10 +10,10 @@ use super::charts::Palette;
 use super::embed::{EMBEDDED_BYTES, Pictures, link};
 use super::figure::{ALL_VOLUMES, Figure};
 use super::{BJONTEGAARD, ReportError, bd_table, data, pictures, script, summary, table};
-use crate::experiment::folder::CHARTS;
-use crate::experiment::labels::Labels;
-use crate::experiment::provenance::{Part, Provenance, RefusedCell, VolumeProvenance};
-use crate::experiment::record::Record;
+use crate::experiment::files::names::CHARTS;
+use crate::experiment::records::labels::Labels;
+use crate::experiment::records::provenance::{Part, Provenance, RefusedCell, VolumeProvenance};
+use crate::experiment::records::record::Record;
 
 use cvr_core::metrics::ERROR_CLASSES;
 

@@ -1,6 +1,6 @@
 //! Which cells no other cell beats.
 
-use crate::experiment::record::Record;
+use crate::experiment::records::record::Record;
 
 use super::cells::{View, compressed, shown};
 
@@ -39,8 +39,8 @@ pub(super) fn of_view<'a>(records: &'a [Record], view: &View, device: &str) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::record::Status;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::Status;
+    use crate::experiment::records::record::tests::record;
 
     #[test]
     fn the_front_holds_what_nothing_beats() {

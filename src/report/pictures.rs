@@ -5,9 +5,9 @@ use minijinja::{Value, context};
 use super::cells::{View, compressed, ok, site_rank, views};
 use super::embed::Pictures;
 use super::number::{decibels, fixed, short};
-use crate::experiment::labels::{Labels, full_cell};
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
+use crate::experiment::records::labels::{Labels, full_cell};
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
 
 /// Cells of a view that are shown at once; the others open on demand.
 const AT_ONCE: usize = 8;
@@ -113,7 +113,7 @@ fn cell((records, labels): (&[Record], &Labels), record: &Record, pictures: &mut
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     #[test]
     fn thinning_keeps_both_ends_and_loses_nothing() {

@@ -4,10 +4,10 @@ use cvr_core::codec::Site;
 use cvr_core::pipeline::Cell;
 use cvr_core::render::Filter;
 
-use crate::experiment::machine::quoted;
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
-use crate::experiment::series;
+use crate::experiment::records::machine::quoted;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
+use crate::experiment::records::series;
 
 /// Options of `cvr run` that say which cells run or where results go, and whether a value follows.
 const DROPPED: [(&str, bool); 6] = [
@@ -43,7 +43,7 @@ pub(super) fn cell_id(record: &Record) -> Option<String> {
 /// The command that yields this record again, given the run's files and environment.
 pub(super) fn command(record: &Record, provenance: &Provenance) -> Option<String> {
     let id = cell_id(record)?;
-    // Of what was merged, a run on the same device.
+    // Of a merged folder, a run on the same device.
     let runs = || provenance.parts.iter().filter(|part| part.records > 0);
     let part = runs().find(|part| part.adapter == record.device).or_else(|| runs().next());
     let line = part.map_or(&provenance.command_line, |part| &part.command_line);
@@ -69,8 +69,8 @@ pub(super) fn command(record: &Record, provenance: &Provenance) -> Option<String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::provenance::Part;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::provenance::Part;
+    use crate::experiment::records::record::tests::record;
 
     fn cell() -> Record {
         Record {

@@ -6,11 +6,11 @@ use super::cells::{Baseline, View, compressed, devices, distinct, ok, shown, vie
 use super::noise::{is_noisy, tie};
 use super::number::{bytes, decibels, fixed, median, short};
 use super::pareto;
-use crate::experiment::blank;
-use crate::experiment::checked::not_run;
-use crate::experiment::labels::{Labels, full_cell, full_coding};
-use crate::experiment::provenance::RefusedCell;
-use crate::experiment::record::Record;
+use crate::experiment::inputs::blank;
+use crate::experiment::records::checked::not_run;
+use crate::experiment::records::labels::{Labels, full_cell, full_coding};
+use crate::experiment::records::provenance::RefusedCell;
+use crate::experiment::records::record::Record;
 
 /// Columns of bits per voxel: each holds all that takes as many bits or fewer.
 const AT_MOST: [f64; 5] = [1.0, 2.0, 4.0, 8.0, f64::INFINITY];
@@ -74,8 +74,8 @@ fn warnings(records: &[Record]) -> Vec<String> {
     told.map(|warning| format!("Warning: {warning}; its pictures are not judged.")).collect()
 }
 
-/// Per volume the best voxel PSNR of at most so many bits per voxel, the file's header left out; of equal ones the one
-/// with the fewest bits, of these the last.
+/// Per volume, the best voxel PSNR within a number of bits per voxel of payload. Of equal ones the one with the fewest
+/// bits, of these the last.
 fn rates(records: &[Record], labels: &Labels) -> Vec<Value> {
     volumes(records)
         .into_iter()
@@ -206,8 +206,8 @@ fn sentences(records: &[Record], labels: &Labels) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::record::Status;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::Status;
+    use crate::experiment::records::record::tests::record;
 
     fn timed(codec: &str, time: f64, iqr: f64) -> Record {
         Record {
@@ -241,7 +241,7 @@ mod tests {
         assert_eq!(fastest(&[], &Labels::default()), None);
     }
 
-    /// What a column of the first table says, per column.
+    /// Explanations of the first table's columns.
     fn best(records: &[Record]) -> Vec<(String, String)> {
         let rows = rates(records, &Labels::of(records));
         let cells = rows[0].get_attr("cells").unwrap();
@@ -275,7 +275,7 @@ mod tests {
             coded("raw", 8001, 2048, 90.0),
         ];
         assert_eq!(told(&records), "good 44.0 dB | good 44.0 dB | good 44.0 dB | good 44.0 dB | raw 90.0 dB");
-        // What is as good at fewer bits, wherever it stands.
+        // A value that is as good with fewer bits, in any order.
         let lossless = [
             coded("few", 3000, 0, f64::INFINITY),
             coded("less", 1500, 0, 30.0),

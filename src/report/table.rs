@@ -1,4 +1,4 @@
-//! The full table: every field of a record but its pictures, which stand in their own section.
+//! The full table: every field of a record except its pictures, which have their own section.
 
 use minijinja::{Value, context};
 
@@ -6,11 +6,11 @@ use cvr_core::metrics;
 
 use super::cells::{distinct, ok};
 use super::number::{NONE, bytes, fixed, short};
-use crate::experiment::checked::SHADER_NOT_RUN;
-use crate::experiment::columns::{self, Format, Shown};
-use crate::experiment::files::{ERRORS, FRAMES};
-use crate::experiment::labels::Labels;
-use crate::experiment::record::Record;
+use crate::experiment::files::names::{ERRORS, FRAMES};
+use crate::experiment::records::checked::SHADER_NOT_RUN;
+use crate::experiment::records::columns::{self, Format, Shown};
+use crate::experiment::records::labels::Labels;
+use crate::experiment::records::record::Record;
 
 type Column = columns::Column<Record>;
 
@@ -32,7 +32,7 @@ const READING: &[&str] = &[
 /// The first column of speed.
 const SPEED: &str = "relative_frame_time";
 
-/// What a column says of a record.
+/// A record's value in a column.
 fn text(column: &Column, record: &Record, labels: &Labels) -> String {
     match (column.shown.format, (column.value)(record)) {
         (Format::Settings, _) => some(Some(labels.settings(record).as_str()).filter(|text| !text.is_empty())),
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     #[test]
     fn no_field_of_a_record_is_forgotten() {

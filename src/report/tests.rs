@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use super::*;
-use crate::experiment::error_histogram::Row;
-use crate::experiment::files::ERRORS;
-use crate::experiment::folder::OutFolder;
-use crate::experiment::identity;
-use crate::experiment::provenance::{Part, ReferencePicture, VolumeProvenance};
-use crate::experiment::record::Status;
-use crate::experiment::results::rows_to_csv;
-use crate::experiment::results::tests::record;
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::files::names::ERRORS;
+use crate::experiment::files::write_results::rows_to_csv;
+use crate::experiment::identity::experiment;
+use crate::experiment::measured::error_histogram::Row;
+use crate::experiment::records::provenance::{Part, ReferencePicture, VolumeProvenance};
+use crate::experiment::records::record::Status;
+use crate::experiment::records::record::tests::record;
 
 /// A ball in `tone`, wrong by `error` in rings.
 fn write_ball(path: &Path, size: u32, tone: [f32; 3], error: f32, difference: bool) {
@@ -186,7 +186,7 @@ fn sample(dir: &Path) -> (Provenance, Vec<Record>, Vec<RefusedCell>) {
 
 fn html(provenance: &Provenance, records: &[Record], refused: &[RefusedCell]) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let out = OutFolder::adopt(folder.path(), identity::owner(provenance)).unwrap();
+    let out = OutFolder::adopt(folder.path(), experiment::owner(provenance)).unwrap();
     let path = write(&out, provenance, records, refused).unwrap();
     std::fs::read_to_string(path).unwrap()
 }
@@ -226,7 +226,7 @@ fn sample_report_is_whole_and_needs_no_network() {
     let kept = std::env::var_os("CVR_SAMPLE_REPORT").map(PathBuf::from);
     let dir = kept.as_deref().unwrap_or(temporary.path());
     let (provenance, records, refused) = sample(dir);
-    let out = OutFolder::adopt(dir, identity::owner(&provenance)).unwrap();
+    let out = OutFolder::adopt(dir, experiment::owner(&provenance)).unwrap();
     let html = std::fs::read_to_string(write(&out, &provenance, &records, &refused).unwrap()).unwrap();
 
     assert_well_formed(&html);
@@ -367,7 +367,7 @@ fn nothing_one_bare_record_and_infinities_everywhere_are_reports_too() {
 fn a_failed_write_leaves_the_old_report() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("missing");
-    let out = OutFolder::adopt(&missing, identity::owner(&Provenance::default())).unwrap();
+    let out = OutFolder::adopt(&missing, experiment::owner(&Provenance::default())).unwrap();
     std::fs::remove_dir_all(&missing).unwrap();
     assert!(matches!(write(&out, &Provenance::default(), &[], &[]), Err(ReportError::File(_))));
     assert!(!missing.exists());

@@ -4,7 +4,7 @@ use cvr_core::codec::Decoder;
 use cvr_core::shader::snippet_resources;
 use cvr_core::volume::{FrameIndex, Level, VolumeLayout};
 
-/// A frame of a stream at a level, and what decodes it.
+/// A frame of a stream at a level, and its decoder.
 #[derive(Copy, Clone, Debug)]
 pub struct CodedFrame<'a> {
     /// Codec id.
@@ -16,7 +16,7 @@ pub struct CodedFrame<'a> {
 }
 
 impl CodedFrame<'_> {
-    /// Shape of the frame: that of the volume at the level.
+    /// Shape of the frame at the level.
     #[must_use]
     pub fn layout(&self) -> VolumeLayout {
         self.decoder.layout().at_resolution(self.key.1.resolution)
@@ -29,7 +29,7 @@ impl CodedFrame<'_> {
         self.decoder.decoded_form().format.bytes() as u64 * channels
     }
 
-    /// Bytes, for each voxel of the stream, of the buffers from which a shader decodes the frame; 0 of a codec that has none.
+    /// Bytes of the buffers from which a shader decodes the frame, per voxel of the stream. 0 if the codec has none.
     ///
     /// # Errors
     /// A sentence, when the stream lacks one.

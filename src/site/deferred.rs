@@ -1,4 +1,4 @@
-//! The site *deferred*: a frame that the device decodes, once, before it draws.
+//! The site *deferred*: the device decodes a frame once, before it draws.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use super::target::{DrawError, Target};
 /// Runs that are timed, after one to warm up.
 const RUNS: usize = 3;
 
-/// The site *deferred*. The CPU mirror, which has no textures, draws from the frame as the CPU decodes it.
+/// The site *deferred*. The CPU mirror, which has no textures, draws from the frame that the CPU decodes.
 #[derive(Debug)]
 pub struct Deferred;
 
@@ -43,7 +43,7 @@ impl Holding for Deferred {
         } else {
             passes.decode()?;
         }
-        // What only decoding needs is freed here.
+        // Resources that only decoding needs are freed here.
         let texture = Arc::new(passes.texture().clone());
         Ok(Arc::new(DeferredFrame { texture, preparation }))
     }

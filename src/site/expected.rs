@@ -1,4 +1,4 @@
-//! What sites are held to: a frame as the CPU decodes it, and what comparing with it has found.
+//! The CPU's decoded frame, and comparisons with it.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use cvr_core::volume::{FrameIndex, Level};
 
 use super::coded::CodedFrame;
 
-/// A frame of a stream at a level as the CPU decodes it.
+/// A frame of a stream at a level, decoded by the CPU.
 #[derive(Clone, Debug)]
 pub struct Expected<'a> {
     /// Codec id.
@@ -17,9 +17,9 @@ pub struct Expected<'a> {
     pub decoder: &'a dyn Decoder,
     /// The frame's place in it.
     pub key: (FrameIndex, Level),
-    /// What the CPU decodes.
+    /// The frame that the CPU decoded.
     pub frame: Arc<DecodedFrame>,
-    /// The codec's block, if it has one: the report of a mismatch names it.
+    /// The codec's block, if it has one. The report of a mismatch names it.
     pub block: Option<Block>,
 }
 
@@ -30,7 +30,7 @@ impl<'a> Expected<'a> {
         CodedFrame { codec: self.codec, decoder: self.decoder, key: self.key }
     }
 
-    /// Compares `values` of the whole frame under a statement; `what` names them, with their verb.
+    /// Compares `values` of the whole frame. `agreement` is the tolerance. `what` names the values, followed by a verb.
     #[must_use]
     pub fn compare(&self, what: &str, agreement: Agreement, values: &[f32]) -> Checked {
         let parity = Parity::compare_at(self.decoder, agreement, self.key, self.frame.values(), values);
@@ -43,18 +43,18 @@ impl<'a> Expected<'a> {
 /// What comparing has found.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checked {
-    /// Samples beyond what is stated.
+    /// Number of samples outside the agreement.
     pub mismatches: u64,
-    /// The largest distance of any sample, in data units.
+    /// The largest distance over all samples, in data units.
     pub largest: f64,
-    /// What is wrong, with the first mismatch in words; `None` where all agree.
+    /// A sentence about the first mismatch. `None` if all samples agree.
     pub problem: Option<String>,
-    /// What a record notes although all agree.
+    /// A remark for the record if all samples agree.
     pub remark: Option<String>,
 }
 
 impl Checked {
-    /// Both together; of two problems the first counts.
+    /// Joins two results. Of two problems the first is kept.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         let first = self.largest > other.largest || self.largest.is_nan();

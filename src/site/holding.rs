@@ -1,4 +1,4 @@
-//! The questions that every way of holding a volume answers.
+//! The interface of every way of holding a volume.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -13,18 +13,18 @@ use super::coded::CodedFrame;
 use super::expected::{Checked, Expected};
 use super::target::{DrawError, Target};
 
-/// Decodes the frame on the CPU, or gives what has been decoded.
+/// Decodes the frame on the CPU, or returns the decoded one.
 pub type DecodeOnCpu<'a> = &'a dyn Fn() -> Result<Arc<DecodedFrame>, String>;
 
-/// Says what holds a frame on a target; or, in a sentence, why the target cannot hold it.
+/// Names what holds a frame on a target. The error is a sentence about why the target cannot hold it.
 pub type SayHolder = fn(CodedFrame<'_>, &Target) -> Result<String, String>;
 
 /// A way of holding a volume.
 ///
-/// Whether a codec and a renderer can be combined with it is no question to it: that follows from the properties of its
+/// It does not decide whether a codec and a renderer can be combined with it. That follows from the properties of its
 /// [`Site`], in [`cvr_core::pipeline::unsupported`] and [`cvr_core::pipeline::undrawable`].
 pub trait Holding: Sync {
-    /// The site that it stands for.
+    /// Its site.
     fn site(&self) -> Site;
 
     /// The passes that draw a view from it.
@@ -35,8 +35,8 @@ pub trait Holding: Sync {
         renderer.plan(view, layout)
     }
 
-    /// Makes a frame drawable on a target. Where a run is to report what that takes, `timed` is true; it may then be made
-    /// several times over.
+    /// Prepares a frame for drawing on a target. `timed` is true if a run reports the time; the frame may then be
+    /// prepared several times.
     ///
     /// # Errors
     /// When the frame cannot be decoded, or the target refuses it or cannot hold it.
@@ -48,14 +48,14 @@ pub trait Holding: Sync {
         timed: bool,
     ) -> Result<Arc<dyn HeldFrame>, DrawError>;
 
-    /// What the shaders of a plan are generated for, were `target` to draw.
+    /// The voxel source for the shaders of a plan, if `target` draws.
     ///
     /// # Errors
     /// A sentence, when codec or target refuse.
     fn source<'a>(&self, coded: CodedFrame<'a>, plan: &Plan, target: &Target) -> Result<Source<'a>, String>;
 
-    /// The texts of the passes that decode before those of a plan draw, or between them, on a device that offers what every
-    /// device does.
+    /// The texts of the passes that decode before or between the passes of a plan, for a device with the limits that
+    /// every device offers.
     ///
     /// # Errors
     /// A sentence, when the codec or the generator refuses.
@@ -63,7 +63,7 @@ pub trait Holding: Sync {
         Ok(Vec::new())
     }
 
-    /// Bytes on a device for a frame of a volume of this layout, of which `trial` is a small likeness.
+    /// Bytes on a device for a frame of a volume of this layout. `trial` is a similar small frame.
     ///
     /// # Errors
     /// A sentence, when the stream lacks what a shader reads.
@@ -74,45 +74,45 @@ pub trait Holding: Sync {
         layout: &VolumeLayout,
     ) -> Result<f64, String>;
 
-    /// What says what holds a frame on a target, where that depends on codec and target.
+    /// Names what holds a frame on a target, if that depends on codec and target.
     fn holder(&self) -> Option<SayHolder> {
         None
     }
 
-    /// Whether a device decodes what is drawn. A picture of the CPU mirror then leaves that untried.
+    /// Whether a device decodes the voxels that it draws. A picture of the CPU mirror does not test this.
     fn device_decodes(&self, _coded: CodedFrame<'_>) -> bool {
         self.site().decoded_by().on_device()
     }
 
-    /// What a record notes where the CPU mirror draws.
+    /// A remark for the record if the CPU mirror draws.
     fn mirror_remark(&self) -> Option<&'static str> {
         None
     }
 
-    /// Whether a run draws and times a cell although the device decodes other voxels than the CPU, so that the fault can be
-    /// looked at. The cell fails all the same.
+    /// Whether a run draws and times a cell although the device decodes other voxels than the CPU, so that the error
+    /// can be seen. The cell fails in any case.
     fn draws_mismatches(&self) -> bool {
         false
     }
 }
 
-/// A frame as a site holds it on one target, ready to be drawn from. Pictures share it; its memory is freed with the last
-/// of them.
+/// A frame held by a site on one target, ready for drawing. Pictures share it. Its memory is freed with the last of
+/// them.
 pub trait HeldFrame: Debug + Send + Sync {
-    /// What the CPU mirror draws from; `None` where it decodes at every fetch.
+    /// The frame for the CPU mirror. `None` if it decodes at every fetch.
     fn decoded(&self) -> Option<Arc<DecodedFrame>> {
         None
     }
 
-    /// What a device draws from.
+    /// The voxel source for a device.
     ///
     /// # Errors
     /// When the frame is not held on a device.
     fn source<'a>(&self, coded: CodedFrame<'a>) -> Result<DrawSource<'a>, EngineError>;
 
-    /// Every voxel as it is held, or as the shader of the site fetches it, against the CPU decoder; `None` where the target
-    /// decodes nothing by itself, and where it does so only while it draws. With `as_cells` also through the codec's
-    /// `fetch_cell`, if the site calls that.
+    /// Compares every voxel with the CPU decoder, as it is held, or as the shader of the site fetches it. `None` if the
+    /// target decodes nothing, or decodes only while it draws. With `as_cells`, voxels are also read through the
+    /// codec's `fetch_cell`, if the site calls it.
     ///
     /// # Errors
     /// A sentence, when the device fails.
@@ -125,7 +125,7 @@ pub trait HeldFrame: Debug + Send + Sync {
         Ok(None)
     }
 
-    /// The same of what is decoded while a drawing draws; `None` where nothing is.
+    /// The same for voxels that are decoded during a drawing. `None` if there are none.
     ///
     /// # Errors
     /// A sentence, when the device fails.
@@ -133,29 +133,29 @@ pub trait HeldFrame: Debug + Send + Sync {
         Ok(None)
     }
 
-    /// What preparing it took, and what stands in for what.
+    /// Time and fallbacks of the preparation.
     fn preparation(&self) -> Preparation {
         Preparation::default()
     }
 
-    /// Whether it holds memory beside the stream.
+    /// Whether it holds memory in addition to the stream.
     fn holds_memory(&self) -> bool {
         true
     }
 }
 
-/// What preparing a frame took.
+/// Results of preparing a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Preparation {
-    /// Milliseconds in which the device decodes the frame, where it was timed.
+    /// Milliseconds in which the device decodes the frame, if it was timed.
     pub device_decode_ms: Option<f64>,
     /// Bytes on the device while it decodes.
     pub device_decode_bytes: Option<u64>,
-    /// Fallbacks, and what else a record notes.
+    /// Fallbacks, and other remarks for the record.
     pub remarks: Vec<String>,
 }
 
-/// A frame that the CPU mirror draws from; a device draws nothing from it.
+/// A frame for the CPU mirror. A device cannot draw from it.
 #[derive(Debug)]
 pub(super) struct MirrorFrame(Arc<DecodedFrame>);
 

@@ -1,5 +1,5 @@
-//! The site *host*: a frame in a texture that the device only reads. Where it holds the codec's blocks, the texture unit
-//! decodes them, and is held to what the CPU decodes.
+//! The site *host*: a frame in a texture that the device only reads. If the texture holds the codec's blocks, the
+//! texture unit decodes them, and its values are compared with the CPU's.
 
 use std::sync::Arc;
 
@@ -68,19 +68,19 @@ impl Holding for Host {
         })
     }
 
-    /// A texture unit does, out of the codec's blocks.
+    /// A texture unit decodes if the texture holds the codec's blocks.
     fn device_decodes(&self, coded: CodedFrame<'_>) -> bool {
         let (frame, level) = coded.key;
         coded.decoder.layout().channels == 1 && coded.decoder.block_texture(frame, level).is_some()
     }
 }
 
-/// A frame in a texture: as the codec's blocks, where it has such as the device's texture units decode, or as the CPU has
-/// decoded it.
+/// A frame in a texture: the codec's blocks if the device's texture units can decode them, else the frame that the CPU
+/// decoded.
 #[derive(Debug)]
 struct HostFrame {
     texture: Arc<VolumeTexture>,
-    /// Why the texture does not hold the codec's blocks, if it has such.
+    /// Why the texture does not hold the codec's blocks, if the codec has blocks.
     fallback: Option<BlockFallback>,
 }
 
@@ -89,7 +89,7 @@ impl HeldFrame for HostFrame {
         Ok(DrawSource::Texture(self.texture.clone()))
     }
 
-    /// Blocks as a shader loads them, within the tolerance of their format.
+    /// Compares the blocks that a shader loads, within the tolerance of their format.
     fn check(
         &self,
         target: &Target,

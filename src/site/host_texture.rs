@@ -1,4 +1,4 @@
-//! What the site *host* draws from: the stream's own blocks, or texels of decoded values; and why.
+//! The texture of the site *host*: the stream's own blocks, or texels of decoded values; with the reason.
 
 use std::fmt;
 
@@ -9,8 +9,8 @@ use cvr_engine::{BlockFallback, TextureChoice};
 use super::coded::CodedFrame;
 use super::target::{DrawError, Target};
 
-/// The blocks of a frame that this device's texture units decode, or why not; `None` where the codec has no such blocks,
-/// and for the mirror.
+/// The blocks of a frame if this device's texture units decode them, else the reason. `None` if the codec has no
+/// blocks, and for the mirror.
 #[must_use]
 pub fn blocks<'d>(target: &Target, coded: CodedFrame<'d>) -> Option<Result<BlockTexture<'d>, BlockFallback>> {
     let Target::Device(device) = target else { return None };
@@ -23,26 +23,26 @@ pub fn blocks<'d>(target: &Target, coded: CodedFrame<'d>) -> Option<Result<Block
 /// What holds a frame at the site *host*.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum HostTexture {
-    /// The mirror draws from what the CPU has decoded.
+    /// The mirror draws from the frame that the CPU decoded.
     Mirror {
         /// The codec's blocks, which a device's texture unit might decode.
         blocks: Option<BlockFormat>,
-        /// Format of decoded values, on a device that has all that can be asked of one.
+        /// Format of decoded values on a device with all features.
         texels: TexelFormat,
     },
-    /// Blocks of the stream as they are.
+    /// Unchanged blocks of the stream.
     Blocks(BlockFormat),
     /// Decoded values.
     Texels {
-        /// Their form, who filters them, and what they stand in for.
+        /// Texel format, filtering unit, and fallback.
         choice: TextureChoice,
-        /// Why they are not the codec's blocks, if it has such.
+        /// Why they are not the codec's blocks, if the codec has blocks.
         blocks: Option<BlockFallback>,
     },
 }
 
 impl HostTexture {
-    /// Of a frame at a level, decided as a run decides before it uploads.
+    /// The texture for a frame at a level. A run makes the same choice before it uploads.
     ///
     /// # Errors
     /// When the device has no texture for such a volume.
@@ -61,7 +61,7 @@ impl HostTexture {
         Ok(Self::Texels { choice: device.capabilities().texture(form, layout.extent)?, blocks })
     }
 
-    /// What the shader that draws is generated for.
+    /// The voxel source of the drawing shader.
     #[must_use]
     pub fn source(&self, coded: CodedFrame<'_>) -> Source<'static> {
         let CodedFrame { decoder, key: (frame, level), .. } = coded;
@@ -79,7 +79,7 @@ impl HostTexture {
                 let Some(blocks) = decoder.block_texture(frame, level) else { return plain };
                 let extent = coded.layout().extent;
                 let padded = Some(format.padded(extent)).filter(|size| *size != extent.to_array());
-                // Texels of blocks read as shares of a range, as those of 8 bits do.
+                // Block texels read as fractions of a range, like 8-bit texels.
                 let form =
                     DecodedForm { format: TexelFormat::Unorm8, scale: blocks.scale, offset: blocks.offset };
                 Source::Texture { form, sampling: TextureSampling::Hardware, padded }
@@ -141,7 +141,7 @@ mod tests {
 
     const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
 
-    /// Of a volume whose edges are no multiples of a block's.
+    /// A decoder of a volume whose edges are not multiples of a block's.
     fn decoder(codec: &str) -> Box<dyn Decoder> {
         let names = Names::new().unwrap();
         let codec = names.codecs().get(codec).unwrap();

@@ -60,7 +60,7 @@ impl Holding for Inline {
     }
 }
 
-/// Nothing beside the stream.
+/// Nothing in addition to the stream.
 #[derive(Debug)]
 struct InlineFrame;
 

@@ -10,17 +10,17 @@ use cvr_core::volume::FrameIndex;
 use super::expected::Checked;
 use super::holding::HeldFrame;
 
-/// A frame as a site holds it, and what comparing it with the CPU decoder has found, if that was done.
+/// A frame held by a site, and the result of comparing it with the CPU decoder, if it was compared.
 #[derive(Clone, Debug)]
 pub struct KeptFrame {
     /// The frame.
     pub held: Arc<dyn HeldFrame>,
-    /// What was found; `None` where nothing was compared.
+    /// The result of the comparison. `None` if nothing was compared.
     pub checked: Option<Checked>,
 }
 
-/// Frames of one stream as sites hold them. Of frames that hold memory, each site keeps the one that was asked for last: a
-/// scene of one frame makes it once, a range as often as it has frames, and memory never holds two.
+/// Frames of one stream, held by sites. Each site keeps the frame used last, if it uses memory. A scene of one frame
+/// prepares it once, a scene of a range once per frame. Memory never holds two frames of a site.
 #[derive(Debug, Default)]
 pub struct KeptFrames(RefCell<BTreeMap<(Site, FrameIndex), KeptFrame>>);
 
@@ -45,7 +45,7 @@ impl KeptFrames {
         Ok(kept)
     }
 
-    /// What was found in a frame that is kept.
+    /// The result of comparing a kept frame.
     #[must_use]
     pub fn checked(&self, site: Site, frame: FrameIndex) -> Option<Checked> {
         self.0.borrow().get(&(site, frame))?.checked.clone()

@@ -1,13 +1,13 @@
-//! Where voxels come from: one file for each way of holding a volume.
+//! Sites: one file for each way of holding a volume.
 //!
-//! A [`Site`] is a name for how much of a volume is decoded at once and for who decodes it. What that means is answered by
-//! one [`Holding`]: how a frame is prepared, what the shader generator and a device read, how it is held to the CPU
-//! decoder, what is noted, and what it is likely to take. All commands ask the list of [`of`]; none asks for names of sites.
+//! A [`Site`] names how much of a volume is decoded at once, and who decodes it. One [`Holding`] per site implements
+//! it: preparation of a frame, the input of shader generator and device, comparison with the CPU decoder, remarks, and
+//! estimates. Commands call [`of`] and never test for a site by name.
 //!
 //! * [`holding`]: the questions
 //! * [`inline`], [`deferred`], [`ring`], [`host`]: the answers
-//! * [`coded`], [`expected`]: a frame of a stream, what the CPU decodes of it, and what comparing with it has found
-//! * [`target`], [`picture`]: what draws, and what is drawn
+//! * [`coded`], [`expected`]: a frame of a stream, the CPU's decoded frame, and the result of a comparison
+//! * [`target`], [`picture`]: the device or mirror, and its pictures
 //! * [`kept`]: frames that several pictures share
 
 pub mod coded;
@@ -26,7 +26,7 @@ use cvr_core::codec::Site;
 
 use holding::Holding;
 
-/// What a site is.
+/// The implementation of a site.
 #[must_use]
 pub const fn of(site: Site) -> &'static dyn Holding {
     match site {

@@ -1,4 +1,4 @@
-//! Pictures of what a site holds, drawn by a device or by the CPU mirror. Both yield pictures and frame times.
+//! Pictures of held frames, drawn by a device or by the CPU mirror. Both give pictures and frame times.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -15,7 +15,7 @@ use super::holding::{DecodeOnCpu, HeldFrame};
 use super::of;
 use super::target::{DrawError, Target};
 
-/// Where a picture's voxels come from.
+/// The voxel source of a picture.
 #[derive(Clone, Debug)]
 pub struct VoxelSource<'a> {
     /// The site.
@@ -61,7 +61,7 @@ impl Target {
                 Kind::Device(Box::new(Drawing::new(device, &plan, &held.source(coded)?, view.filter)?))
             }
         };
-        // A format that a device lacks is no fault, but whoever reads the figures must know.
+        // A missing texture format is not an error, but the record must mention it.
         let fallback = match &kind {
             Kind::Mirror { .. } => None,
             Kind::Device(drawing) => drawing.fallback(),
@@ -74,13 +74,13 @@ impl Target {
     }
 }
 
-/// Whether sums of a plan are to be blended in single precision.
+/// Whether a plan wants sums blended in single precision.
 fn asks_for_single(plan: &Plan) -> bool {
     let mut proxies = plan.passes.iter().filter_map(|pass| pass.pipeline.proxies());
     proxies.any(|proxies| proxies.blending == Blending::Float32)
 }
 
-/// A picture that can be drawn any number of times.
+/// A picture that can be drawn repeatedly.
 #[derive(Debug)]
 pub struct Picture<'a> {
     kind: Kind<'a>,
@@ -128,8 +128,8 @@ impl Picture<'_> {
         }
     }
 
-    /// Every voxel that the device decodes while it draws this picture, against the CPU decoder; `None` where it decodes
-    /// none, and for the mirror.
+    /// Compares every voxel that the device decodes while it draws this picture with the CPU decoder. `None` if it
+    /// decodes none, and for the mirror.
     ///
     /// # Errors
     /// A sentence, when the device fails.
@@ -158,13 +158,13 @@ impl Picture<'_> {
         }
     }
 
-    /// What stands in for a texture format or filter that the device lacks.
+    /// The replacement for a texture format or filter that the device lacks.
     #[must_use]
     pub const fn fallback(&self) -> Option<TextureFallback> {
         self.fallback
     }
 
-    /// The pieces in which the device walks rays; `None` where it walks them at once, or has not drawn yet.
+    /// The pieces in which the device follows rays. `None` if it follows them at once, or has not drawn yet.
     #[must_use]
     pub fn ray_pieces(&self) -> Option<RayPieces> {
         match &self.kind {

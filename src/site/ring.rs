@@ -1,4 +1,4 @@
-//! The site *ring*: layers that the device decodes while it draws, held to what the CPU decodes.
+//! The site *ring*: layers that the device decodes while it draws, compared with the CPU's.
 
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ impl Holding for Ring {
         Ok(shaders.map_err(|e| e.to_string())?.texts().map(str::to_owned).collect())
     }
 
-    /// Of layers across the axis where they are largest.
+    /// For layers across the axis that makes them largest.
     fn device_bytes(
         &self,
         trial: CodedFrame<'_>,
@@ -60,7 +60,7 @@ impl Holding for Ring {
     ) -> Result<f64, String> {
         let voxels = layout.extent.voxels() as f64;
         let shortest = layout.extent.to_array().into_iter().min().unwrap_or(1);
-        // The ring, and a buffer of one layer more.
+        // The ring, and one buffer of the size of a layer.
         let layers = f64::from(RING_LAYERS + 1);
         let buffers = voxels * trial.buffer_bytes_per_voxel()?;
         Ok(buffers + voxels * trial.texel_bytes() as f64 * layers / f64::from(shortest))
@@ -71,13 +71,13 @@ impl Holding for Ring {
     }
 }
 
-/// What the layers of a plan lie across.
+/// The axis across which the layers of a plan lie.
 fn axis(plan: &Plan) -> Result<Axis, String> {
     let axis = plan.passes.iter().find_map(|pass| pass.pipeline.layers());
     axis.ok_or_else(|| "the plan does not draw layer by layer".to_owned())
 }
 
-/// Nothing beside the stream: the ring belongs to the drawing.
+/// Nothing in addition to the stream. The ring belongs to the drawing.
 #[derive(Debug)]
 struct RingFrame;
 

@@ -1,4 +1,4 @@
-//! What draws: a graphics device, or the CPU mirror.
+//! Targets: a graphics device, or the CPU mirror.
 
 use cvr_core::codec::DecodeError;
 use cvr_core::render::RenderError;
@@ -16,7 +16,7 @@ pub enum DrawError {
     /// A frame that a predicted frame needs does not decode.
     #[error(transparent)]
     Decode(#[from] DecodeError),
-    /// The CPU cannot decode what is to be drawn, in words.
+    /// The CPU cannot decode the frame to draw. The text is the reason.
     #[error("{0}")]
     Frame(String),
 }
@@ -34,8 +34,8 @@ pub enum Target {
 }
 
 impl Target {
-    /// Opens what `--device` names: `cpu`, `auto`, a backend (`vulkan`, `gl`), or a part of an adapter's name. `auto`
-    /// falls back to the mirror where no adapter exists.
+    /// Opens the target of `--device`: `cpu`, `auto`, a backend (`vulkan`, `gl`), or a part of an adapter's name.
+    /// `auto` falls back to the mirror if there is no adapter.
     ///
     /// # Errors
     /// When a named adapter does not exist, or an existing one does not open.
@@ -83,7 +83,7 @@ impl Target {
         }
     }
 
-    /// Why the device is gone for good; every later call on it fails. The mirror is never lost.
+    /// Why the device is lost. Every later call on it fails. `None` if it works, and for the mirror.
     #[must_use]
     pub fn lost(&self) -> Option<String> {
         match self {

@@ -10,9 +10,10 @@ use super::breaking::{Breaking, breaking};
 use super::encoder::EncoderMeasured;
 use super::measured::{Ended, Measured};
 use super::row::{Row, VOXELS};
-use crate::experiment::folder::OutFolder;
-use crate::experiment::results::{ResultsError, write_rows};
-use crate::experiment::stage::RAW;
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::files::whole_file::ResultsError;
+use crate::experiment::files::write_results::write_rows;
+use crate::experiment::measured::reference::RAW;
 
 /// All verdicts.
 #[derive(Debug, Default)]

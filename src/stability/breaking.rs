@@ -16,15 +16,15 @@ pub struct Breaking {
     pub dial: String,
     /// Steps that were measured.
     pub steps: usize,
-    /// What the dial says at the first step that fails in voxels.
+    /// Value of the dial at the first step that fails in voxels.
     pub voxels_fail_at: Option<f64>,
-    /// What the dial says at the first step that fails in any scene or in voxels.
+    /// Value of the dial at the first step that fails in any scene or in voxels.
     pub fails_at: Option<f64>,
     /// In which scene, the first in the order of scenes.
     pub fails_in: Option<String>,
     /// Why.
     pub fails_by: Option<Reason>,
-    /// What the dial says at the first step that degrades or fails.
+    /// Value of the dial at the first step that degrades or fails.
     pub degrades_at: Option<f64>,
     /// Share of all verdicts that fail.
     pub failing: f64,

@@ -10,9 +10,11 @@ use super::measured::Measured;
 use super::plan::Plan;
 use super::report::worst_name;
 use super::runner::{RESULTS, names};
-use crate::experiment::cell_file::{CELLS, CellFile, Keyed};
-use crate::experiment::folder::{CHARTS, Claim, Earlier, Kind, Owner, Ways};
-use crate::experiment::key::hash_of;
+use crate::experiment::files::cell_file::{CellFile, Keyed};
+use crate::experiment::files::folder::{Claim, Earlier, Ways};
+use crate::experiment::files::names::{CELLS, CHARTS};
+use crate::experiment::identity::key::hash_of;
+use crate::experiment::identity::owner::{Kind, Owner};
 
 /// What an atlas wants of its folder: it is the same as another where configuration and sizes are; which codecs are
 /// measured shows in its cells.

@@ -16,7 +16,7 @@ const OWN: &str = include_str!("../../configs/stability.toml");
 /// Edges of pictures, in pixels.
 const PICTURES: RangeInclusive<u32> = 16..=96;
 
-/// How large the atlas is, and settings beside the defaults.
+/// Size of the atlas, and settings that differ from the defaults.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -72,7 +72,7 @@ fn once<T: PartialEq>(values: &mut Vec<T>) -> bool {
     values.len() < written
 }
 
-/// Settings of a codec beside its defaults.
+/// Settings of a codec that differ from its defaults.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct CodecEntry {
     /// Codec id.

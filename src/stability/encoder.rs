@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use super::config::Config;
 use super::plan::Contestant;
-use crate::experiment::cell_file::Keyed;
+use crate::experiment::files::cell_file::Keyed;
 
-/// What is measured of one encoder over one volume. PSNR is `None` where nothing is lost.
+/// Measurements of one encoder over one volume. PSNR is `None` if it is lossless.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EncoderMeasured {
     /// Codec id.
@@ -44,7 +44,8 @@ impl Keyed for EncoderMeasured {
 }
 
 impl EncoderMeasured {
-    /// Highest minus lowest PSNR over the seeds, in dB; `None` without two seeds. Lossless beside lossy is infinite.
+    /// Highest minus lowest PSNR over the seeds, in dB. `None` without two seeds. Infinite if only some seeds are
+    /// lossless.
     #[must_use]
     pub fn spread_db(&self) -> Option<f64> {
         let lossless = self.seeds.iter().filter(|p| p.is_none()).count();
@@ -162,7 +163,7 @@ fn as_input(layout: &VolumeLayout, frames: &[Vec<f32>]) -> Result<FiniteVolume, 
     DenseVolume::new(layout.clone(), samples).map(FiniteVolume::new)
 }
 
-/// Whether files are equal, whichever number of threads has written them.
+/// Whether files are equal for every number of threads.
 fn threads_agree(
     codec: &dyn Codec,
     settings: &Settings,

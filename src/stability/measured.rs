@@ -1,11 +1,11 @@
-//! What is measured of one cell: one codec, one step of one dial, all scenes.
+//! Measurements of one cell: one codec, one dial step, all scenes.
 
 use cvr_core::stability::{Observed, Word};
 use serde::{Deserialize, Serialize};
 
-use crate::experiment::cell_file::Keyed;
+use crate::experiment::files::cell_file::Keyed;
 
-/// How a codec's word ended, as it stands in files.
+/// Whether a codec kept its promises, as files store it.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ended {
@@ -32,7 +32,7 @@ pub struct Measured {
     pub subject: String,
     /// Step of its dial, 1 is the easiest.
     pub step: usize,
-    /// What the dial says there.
+    /// Value of the dial.
     pub value: f64,
     /// Number type of the samples.
     pub sample: String,
@@ -44,7 +44,7 @@ pub struct Measured {
     pub word: Ended,
     /// Why not.
     pub problem: Option<String>,
-    /// What the encoder remarked.
+    /// Notes of the encoder.
     pub notes: Vec<String>,
     /// Bytes of the file.
     pub file_bytes: Option<u64>,

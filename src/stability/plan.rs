@@ -1,4 +1,4 @@
-//! What the atlas will measure: codecs with settings, subjects with the steps of their dials, scenes.
+//! The plan of the atlas: codecs with settings, subjects with their dial steps, scenes.
 
 use std::sync::Arc;
 
@@ -105,8 +105,8 @@ impl Plan {
 
 fn contestant(codec: &Arc<dyn Codec>, entry: &CodecEntry) -> Result<Contestant, String> {
     let info = codec.info();
-    let settings = entry.settings.complete(info).map_err(|e| format!("[[codec]] {}: {e}", entry.id))?;
-    let defaults = info.default_settings().complete(info).map_err(|e| e.to_string())?;
+    let settings = info.complete(&entry.settings).map_err(|e| format!("[[codec]] {}: {e}", entry.id))?;
+    let defaults = info.complete(&info.default_settings()).map_err(|e| e.to_string())?;
     let others: Settings = settings
         .iter()
         .filter(|(name, value)| defaults.get(name) != Some(*value))

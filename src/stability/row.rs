@@ -3,7 +3,7 @@
 use cvr_core::stability::{Reason, Verdict};
 use serde::Serialize;
 
-/// Name of the column of the voxels, beside those of the scenes.
+/// Name of the column of the voxels, next to those of the scenes.
 pub const VOXELS: &str = "voxels";
 
 /// One verdict: a codec at a step, of its voxels or in a scene. PSNR is empty where nothing is lost.
@@ -21,7 +21,7 @@ pub struct Row {
     pub dial: String,
     /// Step of the dial, 1 is the easiest.
     pub step: usize,
-    /// What the dial says there.
+    /// Value of the dial.
     pub value: f64,
     /// `voxels`, or the scene.
     pub scene: String,
@@ -61,6 +61,6 @@ pub struct Row {
     pub visible_pixels: Option<u64>,
     /// What broke the codec's word, or why it refuses.
     pub problem: Option<String>,
-    /// What the encoder remarked.
+    /// Notes of the encoder.
     pub notes: Option<String>,
 }

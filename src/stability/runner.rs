@@ -15,15 +15,16 @@ use super::drawing::Stage;
 use super::encoder::{self, EncoderMeasured};
 use super::measured::{Ended, Measured, Pictured};
 use super::plan::{Contestant, Dial, Plan};
-use crate::experiment::cell_file::{CellFile, Flawed, Keyed};
-use crate::experiment::folder::OutFolder;
-use crate::experiment::key::hash_of;
-use crate::experiment::machine;
+use crate::experiment::files::cell_file::{CellFile, Keyed};
+use crate::experiment::files::flaws::Flawed;
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::identity::key::hash_of;
+use crate::experiment::records::machine;
 
 /// Version of what the figures mean. Raised whenever a subject, a scene or a definition changes.
 const ATLAS_VERSION: u32 = 2;
 
-/// Files of results beside the cells.
+/// Files of results, except the cells.
 pub const RESULTS: [&str; 5] = ["atlas.html", "atlas.csv", "atlas.json", "encoders.csv", "breaking.csv"];
 
 /// Everything that a run needs.
@@ -38,7 +39,7 @@ pub struct Run<'a> {
     pub report: &'a (dyn Fn(usize, &str) + Sync),
 }
 
-/// What a run has yielded, in the order of the plan.
+/// Results of a run, in the order of the plan.
 #[derive(Debug, Default)]
 pub struct Outcome {
     /// The cells.

@@ -20,7 +20,7 @@ pub struct Provocation {
 
 #[derive(Copy, Clone, Debug)]
 enum Kind {
-    /// Opacity and colour change over this share of the range, in its middle.
+    /// Opacity and colour change over this fraction of the range, in its middle.
     Slope(f64),
     Inside,
     Grazing,
@@ -58,7 +58,7 @@ impl Provocation {
         },
     ];
 
-    /// The view of an original volume's frame. It does not depend on what a codec makes of the volume.
+    /// The view of an original volume's frame. It does not depend on the decoded volume.
     ///
     /// # Errors
     /// When control points coincide, which no finite range makes them.
@@ -117,7 +117,7 @@ fn widened(range: ValueRange) -> ValueRange {
     ValueRange { min, max }
 }
 
-/// From blue and clear to bright and dense over `width`, around `middle`.
+/// A ramp from blue and clear to bright and dense over `width`, around `middle`.
 fn transfer_function(middle: f64, width: f64) -> Result<Arc<TransferFunction>, TransferFunctionError> {
     let point =
         |share: f64, rgba: [f32; 4]| ControlPoint { value: (middle + (share - 0.5) * width) as f32, rgba };

@@ -1,11 +1,11 @@
-//! Streams that texture units decode: their voxels against the CPU decoder, their pictures against the mirror, and what a
-//! record says of them.
+//! Streams that texture units decode: voxels compared with the CPU decoder, pictures with the mirror, and the remarks
+//! in records.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use cvr::estimate::{Allowance, Trials};
-use cvr::experiment::record::{Record, Status};
+use cvr::experiment::records::record::{Record, Status};
 use cvr::input;
 use cvr::registry::Names;
 use cvr::site::coded::CodedFrame;
@@ -31,7 +31,7 @@ use super::subjects::{ODD, codec, encoded, noise, settings};
 
 const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
 
-/// A device whose texture units decode BC4, or a line that says that those of this one do not.
+/// A device whose texture units decode BC4. Else a line says that this device's do not.
 fn capable(name: &str) -> Option<&'static Device> {
     let device = test_device(name)?;
     let takes = device.capabilities().blocks(BlockFormat::Bc4, 1);
@@ -50,7 +50,7 @@ fn blocks(device: &Device, decoder: &dyn Decoder) -> VolumeTexture {
     VolumeTexture::upload_blocks(device, decoder.layout(), &blocks).unwrap()
 }
 
-/// What a texture unit makes of blocks, as a volume of its own.
+/// The values that a texture unit decodes from blocks, as a volume.
 fn held(device: &Device, decoder: &dyn Decoder) -> Box<dyn Decoder> {
     let layout = VolumeLayout { sample: SampleType::F32, ..decoder.layout().clone() };
     let values = blocks(device, decoder).read(device).unwrap();
@@ -58,7 +58,7 @@ fn held(device: &Device, decoder: &dyn Decoder) -> Box<dyn Decoder> {
     encoded(codec("raw").as_ref(), &settings(&[]), &FiniteVolume::new(volume))
 }
 
-/// As a run would upload it, and what it then enters into a record.
+/// Uploads as a run would, and returns the record's entries.
 fn entered(device: &Device, decoder: &dyn Decoder) -> (Record, Result<(), String>) {
     let frame = Arc::new(DecodedFrame::decode(decoder, FrameIndex::FIRST).unwrap());
     let bc4 = codec("bc4");
@@ -113,7 +113,7 @@ fn a_wrong_bit_is_caught() {
     assert_eq!(record.parity_mismatches, Some(1));
 }
 
-/// Oblique and along axes, of whole blocks and of blocks beyond the border, whole and clipped.
+/// Oblique and along axes, with whole and cut blocks, with and without a clip box.
 fn views() -> Vec<View> {
     use Projection::{Orthographic, Perspective};
     let cameras = [
@@ -133,7 +133,8 @@ fn pictures_are_those_of_the_shader_and_of_the_mirror() {
     for size in [ODD, [24, 20, 16], [30, 9, 14]] {
         let decoder = bc4(&textured(size, [1.0, 1.5, 0.7], SampleType::U8));
         let by_unit = DrawSource::Texture(Arc::new(blocks(device, decoder.as_ref())));
-        // Units interpolate levels each in its own way, which the test above holds: pictures are of what they make.
+        // Each texture unit interpolates levels in its own way, which the test above checks. So pictures are compared
+        // with pictures of its values.
         let held = held(device, decoder.as_ref());
         let by_shader = source(device, Site::Inline, "raw", held.as_ref());
         let mut worst = 0.0_f32;
@@ -156,7 +157,7 @@ fn pictures_are_those_of_the_shader_and_of_the_mirror() {
     }
 }
 
-/// The failing twin: each block in the place of its neighbour along x, y or z is another picture.
+/// The failing twin: each block at the place of its neighbour along x, y or z gives another picture.
 #[test]
 fn blocks_in_other_places_are_another_picture() {
     let Some(device) = capable("block_texture::other_places") else { return };
@@ -188,8 +189,8 @@ fn colours_are_uploaded_as_decoded_and_the_record_says_so() {
     assert_eq!(entered(device, raw.as_ref()).0.notes, None);
 }
 
-/// A frame at the site host as `cvr render` draws it, who filtered it, and in words why its blocks were not uploaded; and at
-/// inline.
+/// A frame drawn by `cvr render` at the site host, its filtering unit, and the reason why blocks were not uploaded; and
+/// the same at inline.
 fn host_and_inline(
     device: &Device,
     decoder: &dyn Decoder,
@@ -208,8 +209,8 @@ fn host_and_inline(
     (host.0, host.1, host.2, inline.0)
 }
 
-/// Where texture units decode no blocks, the frame is uploaded as the CPU decodes it, and record and estimate say so. A
-/// device that could is asked not to.
+/// If texture units decode no blocks, the CPU's decoded frame is uploaded, and record and estimate say so. A capable
+/// device is asked not to use blocks.
 #[test]
 fn without_blocks_the_decoded_frame_is_drawn_and_said() {
     let Some(device) = test_device("block_texture::fallback") else { return };
@@ -230,7 +231,7 @@ fn without_blocks_the_decoded_frame_is_drawn_and_said() {
     assert!(texture.contains("does not decode them"), "{texture}");
 }
 
-/// What this device itself does with two volumes of which pictures were once black.
+/// This device's results for two volumes that were once drawn black.
 #[test]
 fn pictures_at_host_are_those_at_inline_whatever_the_device_does_with_blocks() {
     let Some(device) = test_device("block_texture::case") else { return };

@@ -1,4 +1,4 @@
-//! Colour volumes on the device against their mirror, by everything that can decide their opacity.
+//! Colour volumes on the device compared with their mirror, for every origin of their opacity.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use cvr_slicing::Slicing;
 use super::scenes::{camera, draw_by, mirror_by, rule, source, sums_single, view};
 use super::subjects::{codec, encoded, settings};
 
-/// Soft structures, of another shape in each channel.
+/// Soft structures with a different shape in each channel.
 pub fn coloured(sample: SampleType) -> FiniteVolume {
     let extent = Extent::try_from([21, 18, 25]).unwrap();
     let layout = VolumeLayout { channels: 3, ..VolumeLayout::scalar(extent, sample) };
@@ -94,7 +94,7 @@ fn colours_agree_with_the_mirror_whatever_decides_their_opacity() {
     assert!(breaches.is_empty(), "{} breaches:\n{}", breaches.len(), breaches.join("\n"));
 }
 
-/// Swapped channels, another decision, another range of light: each must be seen.
+/// Swapped channels, another origin of opacity, another range of light: each must be detected.
 #[test]
 fn a_wrong_colour_is_seen() {
     let Some(device) = test_device("colour::twins") else { return };

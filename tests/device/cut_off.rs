@@ -1,7 +1,7 @@
-//! A device that ends loops early (llvmpipe does, after 65536 rounds of all loops of a thread) draws rays in pieces, and
-//! no wrong picture where even that is not enough.
+//! A device that ends loops early (llvmpipe does, after 65536 rounds of all loops of a thread) draws rays in pieces. If
+//! even that is not enough, it draws no picture instead of a wrong one.
 
-use cvr::experiment::record::Status;
+use cvr::experiment::records::record::Status;
 use cvr::registry::Names;
 use cvr::site::target::Target;
 use cvr_codec_tests::mutated::Mutated;
@@ -25,7 +25,7 @@ fn seen(size: [u32; 2], filter: Filter, step_voxels: f32) -> View {
     View { camera, step_voxels, ..view(SampleType::U8, size, filter) }
 }
 
-/// Slices of a codec of many loops, decoded at every fetch, held to the mirror.
+/// Slices of a codec with many loops, decoded at every fetch, compared with the mirror.
 fn sliced(device: &Device, decoder: &dyn Decoder, view: &View) -> Result<(), EngineError> {
     let source = source(device, Site::Inline, "zfp", decoder);
     let slicing = cvr::registry::renderer("slicing").unwrap();
@@ -37,7 +37,7 @@ fn sliced(device: &Device, decoder: &dyn Decoder, view: &View) -> Result<(), Eng
     Ok(())
 }
 
-/// A codec of many loops, decoded at every fetch: the pieces it took, its picture held to the mirror.
+/// A codec with many loops, decoded at every fetch. Compares its picture with the mirror and returns its pieces.
 fn drawn(device: &Device, decoder: &dyn Decoder, view: &View) -> Result<Option<RayPieces>, EngineError> {
     let source = source(device, Site::Inline, "zfp", decoder);
     let plan = cvr::registry::renderer("raycasting").unwrap().plan(view, decoder.layout()).unwrap();
@@ -75,7 +75,7 @@ fn rays_whose_loops_a_device_ends_are_walked_in_pieces() {
     }
 }
 
-/// What stands before a fetch: loops that nobody can leave out.
+/// Loops before a fetch that no compiler can remove.
 const LONG: &str = "\
 fn zfp_fetch(p: vec3<i32>) -> vec4<f32> {
     var mixed = u32(p.x);
@@ -109,7 +109,7 @@ fn loops_that_are_too_long_for_a_single_sample_are_an_error_and_never_a_picture(
     }
 }
 
-/// The loops end in the last sample of a ray, which has none behind it that would be missing.
+/// The loops end in the last sample of a ray, so no later sample is missing.
 #[test]
 fn a_ray_of_one_sample_that_is_cut_off_is_noticed() {
     let Some(device) = test_device("cut_off::last_sample") else { return };
@@ -121,8 +121,8 @@ fn a_ray_of_one_sample_that_is_cut_off_is_noticed() {
     }
 }
 
-/// A fragment is one sample. Whether many of them lie before each other or one does, those that are cut off are an error, and
-/// those that are not are drawn.
+/// A fragment is one sample. Fragments that are cut off are an error, and the others are drawn, for any number of
+/// fragments in a pixel.
 #[test]
 fn fragments_whose_loops_a_device_ends_are_an_error_and_never_a_picture() {
     let Some(device) = test_device("cut_off::fragments") else { return };
@@ -166,7 +166,7 @@ step_voxels = 0.25
 transfer_function = [[0.0, "#00000000"], [120.0, "#ffb04010"], [255.0, "#ffffff40"]]
 "##;
 
-/// A cell that is drawn in pieces says so, and its frame time is that of all of them.
+/// A cell that is drawn in pieces says so, and its frame time covers all of them.
 #[test]
 fn a_record_tells_in_how_many_pieces_rays_were_walked() {
     let Some(device) = test_device("cut_off::record") else { return };

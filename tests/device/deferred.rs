@@ -1,5 +1,5 @@
-//! The site *deferred*: what the device decodes into a texture, against what the CPU decodes and what the other sites
-//! draw.
+//! The site *deferred*: the texels that the device decodes, compared with the CPU's values and with pictures of the
+//! other sites.
 
 use cvr_codec_tests::mutated::Mutated;
 use cvr_core::codec::{Agreement, Decoder, Parity, Site, TexelFormat};
@@ -15,7 +15,7 @@ use super::subjects::{ODD, codec, decoded, encoded, noise, settings};
 
 const FIRST: FrameIndex = FrameIndex::FIRST;
 
-/// Each form of texel, and each kind of arithmetic.
+/// Each texel format, and each kind of arithmetic.
 const SUBJECTS: [(&str, &[(&str, &str)]); 5] = [
     ("raw", &[("bits", "native")]),
     ("raw", &[("bits", "8")]),
@@ -46,7 +46,7 @@ fn every_texel_is_what_the_cpu_decodes() {
                 let form = decoder.decoded_form();
                 let host = VolumeTexture::upload(device, decoder.layout(), &cpu, form);
                 let Ok(host) = host else {
-                    // Steps of no size, which one voxel in 8 bits has: refused alike.
+                    // A single voxel in 8 bits has steps of size zero, which both refuse.
                     let (id, decoder) = (id, decoder.as_ref());
                     let refused = VolumeTexture::decode(device, id, decoder, FIRST, Level::FULL).unwrap_err();
                     assert_eq!((refused.to_string(), form.scale), (host.unwrap_err().to_string(), 0.0));
@@ -60,7 +60,7 @@ fn every_texel_is_what_the_cpu_decodes() {
                 if parity.agreement == Agreement::Exact {
                     assert!(got == host && got == cpu, "{name}: exact, but not bit for bit");
                 }
-                // Steps are a whole number: the last digits of a value do not decide between two of them.
+                // Steps must be whole numbers, so that the last digits of a value do not choose between two steps.
                 if form.format == TexelFormat::Unorm8 {
                     assert!(got == host, "{name}");
                 }
@@ -72,8 +72,8 @@ fn every_texel_is_what_the_cpu_decodes() {
 #[test]
 fn slabs_and_split_buffers_do_not_show() {
     let Some(device) = test_device("deferred::slabs") else { return };
-    // Rows have 64 words, slices 1088: two slices at a time, one, and seven rows; the buffers of the codecs are split
-    // as well, and of raw's samples there are 2542 words.
+    // Rows have 64 words, slices 1088: two slices at a time, one, and seven rows. The codecs' buffers are split too;
+    // raw's samples have 2542 words.
     for (id, pairs, storage_words) in [
         ("raw", SUBJECTS[0].1, 2500),
         ("raw", SUBJECTS[0].1, 1100),
@@ -95,7 +95,8 @@ fn pictures_are_those_of_host_and_under_nearest_those_of_inline() {
         for sample in [SampleType::U8, SampleType::F32] {
             let volume = textured(ODD, [1.0, 1.5, 0.7], sample);
             let decoder = encoded(codec(id).as_ref(), &settings(pairs), &volume);
-            // A device may be off by an ulp where it turns a unorm texel into a number; and a shader from the CPU.
+            // A device may be off by an ulp when it converts a unorm texel to a number, and a shader may differ from
+            // the CPU.
             let form = decoder.decoded_form().format;
             let floats = matches!(form, TexelFormat::Float16 | TexelFormat::Float32);
             let exact = parity(decoder.as_ref(), &decoded(decoder.as_ref())).agreement == Agreement::Exact;
@@ -134,7 +135,7 @@ fn what_stays_resident_is_the_texture_and_the_stream() {
     assert_eq!((texture.bytes(), texture.resident_bytes()), (texels, texels + 4 * words as u64));
 }
 
-/// The failing twin: an off-by-one in the snippet reaches the texture and is told, by the comparison and by a run's own.
+/// The failing twin: an off-by-one in the snippet reaches the texture. This comparison and a run's own detect it.
 #[test]
 fn a_wrong_snippet_is_caught() {
     let Some(device) = test_device("deferred::wrong_snippet") else { return };

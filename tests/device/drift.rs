@@ -1,4 +1,4 @@
-//! A decoder that is a snippet, of predicted frames and two resolutions: the sites *inline* and *ring* of both.
+//! A decoder with a snippet, predicted frames and two resolutions, at the sites *inline* and *ring*.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -33,7 +33,8 @@ fn drift_fetch(p: vec3<i32>) -> vec4<f32> {
 }
 ";
 
-/// Waves that drift: of each frame what it adds to the one before it, at both resolutions, one behind the other.
+/// Drifting waves. For each frame it holds the difference from the frame before, at both resolutions, one after the
+/// other.
 #[derive(Debug)]
 struct Drift {
     layout: VolumeLayout,
@@ -168,7 +169,7 @@ fn a_snippet_reads_what_its_frame_is_predicted_from() {
     }
 }
 
-/// What is bright, and nothing else.
+/// Shows only bright values.
 fn band() -> Arc<TransferFunction> {
     let point = |value, alpha| ControlPoint { value, rgba: [0.9, 0.6, 0.3, alpha] };
     Arc::new(TransferFunction::new(vec![point(0.0, 0.0), point(150.0, 0.0), point(255.0, 0.6)]).unwrap())
@@ -180,8 +181,8 @@ const SLICING: Slicing = Slicing {
     blending: cvr_core::render::Blending::Float32,
 };
 
-/// Pictures of the last frame at the sites *inline* and *ring*, with and without skipping, against those of the mirror, which
-/// decodes at every fetch.
+/// Pictures of the last frame at the sites *inline* and *ring*, with and without skipping, compared with the mirror's,
+/// which decodes at every fetch.
 #[test]
 fn inline_and_ring_draw_a_resolution_at_the_volumes_size() {
     let Some(device) = test_device("drift::pictures") else { return };

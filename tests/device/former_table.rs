@@ -1,12 +1,12 @@
-//! What a transfer function was before it was exact, for tests that must notice and for measurements beside it: 1024 equal
-//! entries over its domain, and straight lines between these.
+//! The former transfer function, for tests that must detect it and for measurements: 1024 equal entries over its
+//! domain, linear in between.
 
 use cvr_core::render::{Contents, Plan, TransferFunction};
 use cvr_core::shader::{Module, Variable};
 
 const ENTRIES: usize = 1024;
 
-/// The same plan, whose passes read such a table.
+/// The same plan, with passes that read such a table.
 pub fn with_table(plan: &Plan, function: &TransferFunction) -> Plan {
     let domain = function.domain();
     let entry = |i: usize| {
@@ -26,7 +26,7 @@ pub fn with_table(plan: &Plan, function: &TransferFunction) -> Plan {
     plan
 }
 
-/// It declares `transfer`, so that the shared module of this function does not come.
+/// It declares `transfer`, so the shared module of this function is not added.
 fn module(offset: f32, scale: f32) -> Module {
     let source = format!(
         "fn transfer(value: f32) -> vec4<f32> {{

@@ -1,4 +1,4 @@
-//! Passes of a codec's own on the device, against what the CPU decodes.
+//! Passes of a codec's own on the device, compared with the CPU's values.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ fn decoder(device: &Device, haar: &HaarDecoder) -> Result<FrameDecoder, EngineEr
     FrameDecoder::new(device, "haar", haar, FIRST, Level::FULL)
 }
 
-/// Texels after two decodes: what the first one leaves in the scratch buffers does not matter to the second.
+/// Texels after two decodes: the rest of the first decode in the scratch buffers must not matter.
 fn texels(device: &Device, haar: &HaarDecoder) -> Vec<f32> {
     let decoder = decoder(device, haar).unwrap();
     decoder.decode().unwrap();
@@ -98,7 +98,7 @@ fn split_buffers_and_slabs_do_not_show() {
     assert!(error.contains("needs 10 storage buffers") && error.contains("binds 8"), "{error}");
 }
 
-/// The failing twin: each pass, off by one, is told.
+/// The failing twin: each pass, off by one, is detected.
 #[test]
 fn a_wrong_pass_is_caught() {
     let Some(device) = test_device("frame_passes::wrong_pass") else { return };
@@ -179,7 +179,7 @@ fn a_run_draws_a_codec_that_has_no_snippet() {
     }
 }
 
-/// A codec that decodes wrongly fails each of its cells at the site *deferred*, and no other.
+/// A codec that decodes wrongly fails each of its cells at the site *deferred*, and no other cell.
 #[test]
 fn a_run_fails_the_cells_of_a_wrong_pass() {
     let Some(device) = test_device("frame_passes::failing_run") else { return };

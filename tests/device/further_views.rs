@@ -1,6 +1,6 @@
-//! Further views of a volume: other inputs, and no pipeline of their own.
+//! Further views of a volume: other inputs without new pipelines.
 
-use cvr::experiment::record::Status;
+use cvr::experiment::records::record::Status;
 use cvr::registry::{Names, renderer};
 use cvr::site::target::Target;
 use cvr_core::codec::Site;
@@ -14,7 +14,7 @@ use super::scenes::{camera, draw_by, lit, mirror_by, rule, source, sums_single, 
 use super::skipping::mismatches;
 use super::subjects::{codec, encoded, settings};
 
-/// A turn around the volume of 120 views, each with a clip box and light of its own.
+/// A turn of 120 views around the volume, each with its own clip box and light.
 fn turn() -> Vec<View> {
     let of = |i: u16| {
         let still = lit(view(SampleType::U8, [32, 24], Filter::Linear), Light::Camera);
@@ -41,7 +41,7 @@ fn a_turn_of_120_views_compiles_one_pipeline_per_renderer() {
         let plan = |view: &View| renderer.plan(view, decoder.layout()).unwrap();
         let mut drawing = Drawing::new(&device, &plan(&views[0]), &source, views[0].filter).unwrap();
         let first = device.pipelines_compiled() - before;
-        // What is blended from a codec's snippet is looked at once by a pipeline that shows where loops were ended.
+        // A picture blended from a codec's snippet is checked once, by a pipeline that marks ended loops.
         assert_eq!(first, if label == "raycasting" { 1 } else { 2 }, "{label}");
         for (i, view) in views.iter().enumerate() {
             drawing.set_inputs(&plan(view)).unwrap();

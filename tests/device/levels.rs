@@ -1,4 +1,4 @@
-//! Predicted frames and lower resolutions on the device: what passes read of other frames, and pictures of levels at the
+//! Predicted frames and lower resolutions on the device: the references that passes read, and pictures of levels at the
 //! volume's size.
 
 use std::sync::Arc;
@@ -68,7 +68,7 @@ fn predicted_frames_of_both_resolutions_are_what_the_cpu_decodes() {
     }
 }
 
-/// The failing twins: another sample of the reference, none of it, and another coefficient of the lower resolution.
+/// The failing twins: another sample of the reference, no reference, and another coefficient of the lower resolution.
 #[test]
 fn a_wrong_reference_or_coefficient_is_caught_where_it_is_read() {
     let Some(device) = test_device("levels::twins") else { return };
@@ -99,7 +99,7 @@ fn slicing(geometry: Geometry) -> Slicing {
     Slicing { geometry, ..Slicing::default() }
 }
 
-/// A picture of the lower resolution at a site, and who filtered.
+/// A picture of the lower resolution at a site, and its filtering unit.
 fn draw(
     target: &Target,
     renderer: &dyn Renderer,
@@ -118,7 +118,7 @@ fn draw(
     (image, if hardware { TextureSampling::Hardware } else { TextureSampling::Manual })
 }
 
-/// By every renderer, under both filters, lit and clipped, of a volume of odd sizes whose resolution sticks out.
+/// For every renderer and both filters, lit and clipped, of a volume of odd sizes whose resolution extends beyond it.
 #[test]
 fn pictures_of_a_resolution_are_those_of_the_mirror() {
     let Some(device) = test_device("levels::pictures") else { return };
@@ -142,7 +142,7 @@ fn pictures_of_a_resolution_are_those_of_the_mirror() {
                     let agreed =
                         rule(sampling).check(&expected, &found).unwrap_or_else(|e| panic!("{name}: {e}"));
                     assert!(agreed.visible_pixels > 100, "{name}");
-                    // The failing twin: a picture a little larger, as one of the resolution's own voxels would be.
+                    // The failing twin: a slightly larger picture, as if the resolution's own voxels set the size.
                     let camera = Camera { zoom: 1.08 * view.camera.zoom, ..view.camera };
                     let (larger, sampling) =
                         draw(&device, renderer, &View { camera, ..view.clone() }, &decoder, deferred);
@@ -192,11 +192,11 @@ transfer_function = [[0, "#00000000"], [60, "#00000000"], [150, "#ffb04060"], [2
         assert_eq!(record.parity_mismatches, on_device.then_some(0), "{name}");
         assert!(!record.skipping || record.skipping_mismatches == Some(0), "{name}");
         let voxels = if record.resolution == 0 { 21 * 18 * 13 } else { 11 * 9 * 7 };
-        // Texels in single precision; the coefficients, and the frame that this one is predicted from.
+        // Texels in single precision; the coefficients, and the reference of this frame.
         let stream = 4 * (21 * 18 * 13 + voxels);
         assert_eq!(record.resident_bytes, Some(4 * voxels + if on_device { stream } else { 0 }), "{name}");
         match record.resolution {
-            // Lossless, but in texels of another format than raw's.
+            // Lossless, but with another texel format than raw.
             0 => assert!(
                 record.codec_image_psnr_db.is_some_and(|psnr| psnr > 50.0),
                 "{name}: {:?}",
@@ -207,7 +207,7 @@ transfer_function = [[0, "#00000000"], [60, "#00000000"], [150, "#ffb04060"], [2
     }
 }
 
-/// A chain decodes on the device although no more than one frame is kept.
+/// A chain decodes on the device although only one frame is kept.
 #[test]
 fn what_is_kept_does_not_decide_what_is_decoded() {
     let Some(device) = test_device("levels::kept") else { return };

@@ -1,16 +1,16 @@
-//! A device that is lost in the middle of a run costs the cell that ran, and no other.
+//! A device that is lost during a run costs the running cell, and no other.
 
 use std::cell::{Cell, RefCell};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use cvr::experiment::folder::OutFolder;
-use cvr::experiment::identity;
-use cvr::experiment::outcome::Outcome;
-use cvr::experiment::provenance::Provenance;
-use cvr::experiment::record::Status;
-use cvr::experiment::run::Run;
-use cvr::experiment::volumes::load;
+use cvr::experiment::files::folder::OutFolder;
+use cvr::experiment::identity::experiment;
+use cvr::experiment::inputs::volumes::load;
+use cvr::experiment::records::provenance::Provenance;
+use cvr::experiment::records::record::Status;
+use cvr::experiment::running::outcome::Outcome;
+use cvr::experiment::running::run::Run;
 use cvr::registry::Names;
 use cvr::site::target::Target;
 use cvr_core::pipeline::{Capabilities, Document, resolve};
@@ -45,7 +45,7 @@ transfer_function_domain = "range"
 transfer_function = [[0.0, "#00000000"], [1.0, "#ffffffff"]]
 "##;
 
-/// What becomes of a lost device.
+/// What happens to a lost device.
 #[derive(Copy, Clone, PartialEq)]
 enum Then {
     Back,
@@ -53,8 +53,8 @@ enum Then {
     OnlyTheMirror,
 }
 
-/// Runs the experiment, and loses the device whenever `loses` holds for the cell that begins. Also tells how often
-/// it was to be opened anew.
+/// Runs the experiment, and loses the device whenever `loses` holds for the cell that begins. Also returns how often it
+/// was reopened.
 fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usize) {
     let names = Names::new().unwrap();
     let experiment = Document::parse("lost.toml", CONFIG).unwrap().experiment(&names.known()).unwrap();
@@ -64,7 +64,7 @@ fn run(folder: &Path, loses: impl Fn(&str) -> bool, then: Then) -> (Outcome, usi
     let current = RefCell::new(first.clone());
     let opened = Cell::new(0);
     let provenance = Provenance::default();
-    let out = OutFolder::adopt(folder, identity::owner(&provenance)).unwrap();
+    let out = OutFolder::adopt(folder, experiment::owner(&provenance)).unwrap();
     let run = Run {
         experiment: &experiment,
         resolution: &resolution,

@@ -1,4 +1,4 @@
-//! A renderer that nobody knew of: WGSL, a uniform and a buffer of its own, and no line of core or engine.
+//! An unknown renderer: its own WGSL, uniform and buffer, without changes of core or engine.
 
 use cvr_core::codec::Site;
 use cvr_core::render::{
@@ -12,7 +12,7 @@ use cvr_engine::{Drawing, EngineError};
 use super::scenes::{mirror, source, textured, view};
 use super::subjects::{codec, encoded, settings};
 
-/// Shows the brightest sample of a ray, faded towards a colour by its number of samples, in steps of a palette.
+/// Shows the brightest sample of a ray, faded towards a colour by its index, in steps of a palette.
 const BRIGHTEST: Template = Template {
     file: "brightest/brightest.wgsl",
     source: "\
@@ -61,7 +61,7 @@ fn a_renderer_brings_its_own_wgsl_uniform_and_buffer() {
             drawing.read_image()
         };
         let image = draw(&steps).unwrap();
-        // Rays meet what the raycaster meets, and each shows an entry of the palette in the tint.
+        // Rays meet the same voxels as the raycaster's, and each shows a tinted entry of the palette.
         let mut found = [0; 4];
         for (pixel, seen) in image.pixels().iter().zip(seen.pixels()) {
             assert!(pixel[3] > 0.0 || seen[3] < 1e-3);

@@ -1,4 +1,4 @@
-//! Every voxel of every registered codec: the CPU decoder against the real generated shader.
+//! Every voxel of every registered codec: the CPU decoder compared with the real generated shader.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use cvr_engine::testing::test_device;
 
 use super::subjects::{ODD, codec, encoded, noise, settings, sweep};
 
-/// Dumps every level through `fetch` and, where there is one, `fetch_cell`. Returns the samples compared.
+/// Dumps every level through `fetch`, and through `fetch_cell` if there is one. Returns the number of compared samples.
 fn check(device: &Device, codec: &dyn Codec, settings: &Settings, volume: &FiniteVolume, name: &str) -> u64 {
     let info = codec.info();
     let decoder = encoded(codec, settings, volume);
@@ -21,7 +21,7 @@ fn check(device: &Device, codec: &dyn Codec, settings: &Settings, volume: &Finit
         return 0;
     };
     let mut samples = 0;
-    let most = codec.stages(&settings.complete(info).unwrap());
+    let most = codec.stages(&info.complete(settings).unwrap());
     for stages in (1..most).chain([Level::ALL_STAGES]) {
         let key = (FrameIndex::FIRST, Level { stages, ..Level::FULL });
         let cpu = decode_stages(decoder.as_ref(), key.0, stages, &NoReferences).unwrap();
@@ -91,7 +91,7 @@ fn native_and_half_samples_promise_to_be_exact() {
     {
         let volume = noise([3, 2, 2], sample);
         let decoder = encoded(codec("raw").as_ref(), &settings(&[("bits", bits)]), &volume);
-        // The sweeps above hold the device to this statement; here it must not be weakened.
+        // The sweeps above use this stated agreement. It must not become weaker.
         assert_eq!(decoder.shader().unwrap().agreement(), Agreement::Exact, "{bits} {sample}");
     }
 }
@@ -104,7 +104,7 @@ fn every_codec_on_a_real_volume() {
         return;
     };
     let whole = FiniteVolume::new(input::open(&folder.join("bonsai.nrrd")).unwrap());
-    // Voxels beyond what one row of workgroups holds are a matter of the dump, not of codecs: one of them shows it.
+    // More voxels than one row of workgroups holds concern the dump, not codecs. One codec is enough.
     let part = cut(&whole, [64; 3], [128, 128, 128]);
     for codec in registry::codecs().unwrap().iter().filter(|codec| codec.info().offers(Site::Inline)) {
         let volume = if codec.info().id == "raw" { &whole } else { &part };

@@ -1,10 +1,10 @@
-//! The parity test, tested: an off-by-one in a snippet and a single wrong bit in a buffer are caught.
+//! Tests of the parity test: it detects an off-by-one in a snippet and a single wrong bit in a buffer.
 
 use std::sync::Arc;
 
-use cvr::experiment::encoded::{Encoded, encode};
-use cvr::experiment::record::Record;
-use cvr::experiment::shared::Shared;
+use cvr::experiment::records::record::Record;
+use cvr::experiment::running::encoded::{Encoded, encode};
+use cvr::experiment::running::shared::Shared;
 use cvr::site::target::Target;
 use cvr_codec_tests::mutated::{Mutated, Mutation};
 use cvr_core::codec::{Decoder, Parity, Progress, ShaderDecode as _, Site, VoxelDump};
@@ -55,7 +55,7 @@ fn one_bit_of_a_buffer_is_caught() {
             let mutated = Mutated { inner: decoder(id), mutation };
             let parity = parity(device, id, &mutated, false);
             assert!(!parity.holds(), "{id}, resource {resource}: a flipped bit goes unnoticed");
-            // A bit of a sample or of an index is one voxel, that of an endpoint at most one block.
+            // A bit of a sample or of an index changes one voxel. A bit of an endpoint changes at most one block.
             let most = if id == "s3dc" && resource == 0 { 64 } else { 1 };
             assert!(parity.mismatches <= most, "{id}, resource {resource}: {parity}");
         }
@@ -73,7 +73,7 @@ fn an_unchanged_shader_passes_the_same_comparison() {
     }
 }
 
-/// The same in a run: what the cell's record says is the first voxel, in words.
+/// The same in a run: the cell's record names the first voxel that differs.
 #[test]
 fn a_cell_at_inline_tells_the_first_voxel_that_differs() {
     let Some(device) = test_device("parity_of_parity::cell_at_inline") else { return };

@@ -1,4 +1,4 @@
-//! Pictures of the device against each other: what must be equal, and by how much the rest may differ.
+//! Pictures of the device compared with each other: which must be equal, and how far others may differ.
 
 use cvr_core::codec::{Agreement, Site, TexelFormat};
 use cvr_core::metrics::{AgreementRule, image_agreement};
@@ -34,8 +34,8 @@ fn nearest_is_the_same_picture_inline_and_host() {
         let [inline, host] = [Site::Inline, Site::Host]
             .map(|site| draw(device, &view, &source(device, site, id, decoder.as_ref())).0);
         assert!(visible(&inline));
-        // A device may be off by an ulp where it turns a unorm texel into a number, and by those that the codec
-        // states; floats it hands over as they are.
+        // A device may be off by an ulp when it converts a unorm texel to a number, plus the codec's stated agreement.
+        // Floats are returned unchanged.
         let floats = matches!(decoder.decoded_form().format, TexelFormat::Float16 | TexelFormat::Float32);
         let exact = floats && decoder.shader().unwrap().agreement() == Agreement::Exact;
         let tolerance = if exact { 0.0 } else { 1e-5 };
@@ -55,7 +55,7 @@ fn optimised_linear_is_linear() {
             .map(|filter| draw(device, &view(sample, SIZE, filter), &source).0);
         assert!(visible(&linear));
         AgreementRule::MANUAL.check(&linear, &optimised).unwrap();
-        // The rule can tell filters apart.
+        // The rule distinguishes filters.
         assert!(AgreementRule::MANUAL.check(&linear, &nearest).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! The failing twins of the picture tests: what is wrong by one voxel, or in its colours, breaks the same rules.
+//! The failing twins of the picture tests: an error of one voxel, or of the colours, breaks the same rules.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ fn raw(volume: &FiniteVolume) -> Box<dyn Decoder> {
     encoded(codec("raw").as_ref(), &settings(&[]), volume)
 }
 
-/// The volume moved by one voxel along an axis; what leaves on one side enters on the other.
+/// The volume shifted cyclically by one voxel along an axis.
 fn shifted(axis: usize) -> FiniteVolume {
     let volume = original();
     let layout = volume.layout().clone();
@@ -38,7 +38,7 @@ fn shifted(axis: usize) -> FiniteVolume {
     FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
 }
 
-/// Site, filter and the rule that its picture is held to.
+/// Site, filter, and the rule for its picture.
 const CASES: [(Site, Filter, AgreementRule); 3] = [
     (Site::Inline, Filter::Nearest, AgreementRule::MANUAL),
     (Site::Inline, Filter::Linear, AgreementRule::MANUAL),
@@ -78,7 +78,7 @@ fn another_transfer_function_breaks_every_rule() {
             points.iter_mut().for_each(change);
             View { transfer_function: Arc::new(TransferFunction::new(points).unwrap()), ..right.clone() }
         };
-        // A twentieth of the range aside, a tenth less dense, red for blue.
+        // A twentieth of the range off, a tenth less dense, red and blue exchanged.
         let aside = change(&|p| p.value += 255.0 / 20.0);
         let thinner = change(&|p| p.rgba[3] *= 0.8);
         let swapped = change(&|p| p.rgba.swap(0, 2));

@@ -1,4 +1,4 @@
-//! The device's picture against that of the CPU mirror: sites × filters × cameras × volumes.
+//! The device's picture compared with the CPU mirror's: sites × filters × cameras × volumes.
 
 use cvr_core::codec::Site;
 use cvr_core::render::{Camera, Filter, Light, Projection, View};
@@ -22,8 +22,8 @@ struct Subject {
     sample: SampleType,
 }
 
-/// Oblique, along each axis (the middle column of an odd picture then runs along voxel faces), from straight above
-/// and below, and from so near that the volume fills and exceeds the picture.
+/// Oblique, along each axis (the middle column of an odd picture then runs along voxel faces), straight from above and
+/// below, and so near that the volume exceeds the picture.
 fn cameras() -> Vec<Camera> {
     vec![
         camera(30.0, 20.0, Perspective),
@@ -40,7 +40,7 @@ fn cameras() -> Vec<Camera> {
     ]
 }
 
-/// Draws `views` of a subject by every filter at every site that its codec offers; each breach is a sentence.
+/// Draws `views` of a subject with every filter at every site that its codec offers. Each breach is a sentence.
 fn breaches(device: &Device, subject: &Subject, views: &[View]) -> (usize, Vec<String>) {
     let codec = codec(subject.codec);
     let volume = textured(subject.size, subject.spacing, subject.sample);
@@ -93,7 +93,7 @@ fn assert_none(found: &[(usize, Vec<String>)]) {
     assert!(all.is_empty(), "{} of {drawn} pictures:\n{}", all.len(), shown.join("\n"));
 }
 
-/// Every camera; steps, ends of rays and shapes of the picture in turn.
+/// Every camera, with alternating steps, ends of rays and shapes of the picture.
 fn views(sample: SampleType, cameras: Vec<Camera>) -> Vec<View> {
     let shapes = [[65, 49], [40, 63]].into_iter().cycle();
     let rays = [(0.5, 1.0), (1.7, 0.9), (0.5, 0.9), (1.7, 1.0), (0.8, 0.999)].into_iter().cycle();
@@ -154,7 +154,7 @@ fn a_single_voxel() {
     assert_none(&found);
 }
 
-/// Parallel views along an axis with steps that put every sample of the ray on the face between two voxels.
+/// Parallel views along an axis, with steps that put every sample of a ray on the face between two voxels.
 #[test]
 fn samples_on_voxel_faces() {
     let Some(device) = test_device("pictures::voxel_faces") else { return };
@@ -176,7 +176,7 @@ fn samples_on_voxel_faces() {
     assert_none(&found);
 }
 
-/// Every camera lit, clipped, or both, in turn; the light follows the camera or the volume.
+/// Every camera lit, clipped, or both, alternately. The light follows the camera or the volume.
 #[test]
 fn lit_and_clipped_volumes() {
     let Some(device) = test_device("pictures::lit_and_clipped") else { return };
@@ -194,8 +194,8 @@ fn lit_and_clipped_volumes() {
         let plain = views(subject.sample, cameras());
         let light = |i: usize| if i.is_multiple_of(2) { Light::Camera } else { Light::Fixed };
         let dressed = plain.iter().enumerate().flat_map(|(i, view)| {
-            // Where a gradient all but vanishes, the weights of a texture unit decide its direction: no one sample
-            // should decide a pixel.
+            // If a gradient is almost zero, the weights of a texture unit determine its direction. So no single sample
+            // may dominate a pixel.
             let view = &View { step_voxels: view.step_voxels.min(0.5), ..view.clone() };
             let lit = lit(view.clone(), light(i));
             match i % 3 {

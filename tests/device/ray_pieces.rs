@@ -1,4 +1,4 @@
-//! Rays walked in pieces: the picture of rays walked at once, in every bit.
+//! Rays followed in pieces give the same picture as rays followed at once, in every bit.
 
 use cvr_core::codec::Site;
 use cvr_core::render::{Filter, Filter::*};
@@ -15,7 +15,7 @@ use super::subjects::{codec, encoded, settings};
 
 const SIZE: [u32; 2] = [50, 41];
 
-/// A frame in pieces of this many samples. It is drawn twice: the first picture must leave nothing behind.
+/// A picture in pieces of this many samples. It is drawn twice: the first drawing must not affect the second.
 fn in_pieces(
     device: &Device,
     (plan, source, filter): (&Plan, &DrawSource<'_>, Filter),
@@ -118,7 +118,7 @@ fn pieces_of_any_length_make_the_picture_of_rays_walked_at_once() {
     }
 }
 
-/// The plan with another module for pieces: of the real one, `from` reads `to`.
+/// The plan with another module for pieces, in which `from` is replaced by `to`.
 fn mutated(plan: &Plan, from: &str, to: &str) -> Plan {
     let mut plan = plan.clone();
     let [pass] = &mut plan.passes[..] else { panic!("one pass") };
@@ -145,7 +145,7 @@ fn a_wrong_continuation_is_noticed() {
     };
     assert_eq!(wrong("return Walk(", "return Walk(").unwrap(), 0);
     for (from, to) in [
-        // The least bit of a colour; opacity forgotten; a picture that is not the ray's own.
+        // The lowest bit of a colour; a forgotten opacity; another ray's pixel.
         (
             "select(image[pixel],",
             "select(bitcast<vec4<f32>>(bitcast<vec4<u32>>(image[pixel]) ^ vec4<u32>(1u, 0u, 0u, 0u)),",
@@ -181,7 +181,7 @@ fn slices_have_no_rays_to_cut() {
     assert!(matches!(error, EngineError::Unsupported(_)), "{error}");
 }
 
-/// Stamps lie around all pieces: what they say agrees with the wall clock as it does at once.
+/// Timestamps lie around all pieces. Their time agrees with the wall clock as it does at once.
 #[test]
 fn a_frame_in_pieces_has_the_time_of_all_of_them() {
     let Some(device) = test_device("ray_pieces::times") else { return };
@@ -201,7 +201,7 @@ fn a_frame_in_pieces_has_the_time_of_all_of_them() {
     println!("at once {of_whole:?} ms, in {} pieces {of_pieces:?} ms", pieces.ray_pieces().unwrap().pieces);
     if of_whole.len() > 4 {
         assert!(of_pieces.len() > 4, "{of_pieces:?}");
-        // One of a hundred pieces would be far less.
+        // A single one of a hundred pieces would take far less.
         assert!(of_pieces[of_pieces.len() / 2] > 0.3 * of_whole[of_whole.len() / 2]);
     }
 }

@@ -1,4 +1,4 @@
-//! What a device cannot do, said in so many words; and that it goes on afterwards.
+//! Errors for what a device cannot do. The device still works afterwards.
 
 use cvr_codec_tests::mutated::{Mutated, Mutation};
 use cvr_core::codec::{DecodedForm, Decoder};
@@ -40,7 +40,7 @@ fn a_texture_beyond_the_device_is_refused_with_both_numbers() {
         assert!(matches!(error, EngineError::TooLarge { .. }), "{text}");
         assert!(text.contains(&(limit + 1).to_string()), "{text}");
         assert!(text.contains(&format!("offers {limit}")), "{text}");
-        // One voxel less is no trouble.
+        // One voxel less works.
         size[axis] = limit;
         let layout = VolumeLayout::scalar(Extent::try_from(size).unwrap(), SAMPLE);
         VolumeTexture::upload(device, &layout, &values[1..], DecodedForm::FLOAT32).unwrap();
@@ -51,7 +51,7 @@ fn a_texture_beyond_the_device_is_refused_with_both_numbers() {
 fn a_broken_snippet_is_shown_at_its_own_place() {
     let Some(device) = test_device("refusal::snippet") else { return };
     let source = raw().shader().unwrap().module().source.to_owned();
-    // What breaks it, what stands there, and what is said. Line and column are those of codecs/raw/src/decode.wgsl.
+    // The replaced text, its replacement, and the error. Line and column refer to codecs/raw/src/decode.wgsl.
     for (from, to, at, said) in [
         ("return f32(code);", "return vec2<f32>(1.0, 2.0);", "vec2", "raw_value"),
         ("return raw_half(code);", "return raw_halve(code);", "raw_halve", "raw_halve"),
@@ -124,7 +124,7 @@ fn a_refusal_does_not_poison_the_next_drawing() {
         "{error}"
     );
     assert!(good() == before, "after a short uniform");
-    // The driver's own validation: a buffer shorter than what the shader reads of it.
+    // The driver's own validation: a buffer shorter than its shader expects.
     let mut short = plan([16, 16], raw.as_ref());
     let Pass { pipeline, inputs } = &mut short.passes[0];
     let gather = pipeline.modules.pop().unwrap();

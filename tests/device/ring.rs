@@ -1,9 +1,9 @@
-//! The site *ring*: slices drawn from four layers at a time, against the same slices from the whole decoded frame.
+//! The site *ring*: slices drawn from four layers at a time, compared with slices from the whole decoded frame.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cvr::experiment::encoded::{Encoded, encode};
-use cvr::experiment::record::Record;
+use cvr::experiment::records::record::Record;
+use cvr::experiment::running::encoded::{Encoded, encode};
 use cvr::registry;
 use cvr::site::coded::CodedFrame;
 use cvr::site::picture::VoxelSource;
@@ -59,7 +59,7 @@ fn axis_of(plan: &Plan) -> Axis {
     pass.pipeline.layers().expect("layer by layer")
 }
 
-/// Whether the first layers that a plan decodes are the last ones of the volume.
+/// Whether the first layers that a plan decodes are the last of the volume.
 fn from_above(plan: &Plan) -> bool {
     let [pass] = &plan.passes[..] else { panic!("one pass") };
     let mut decoded =
@@ -67,8 +67,8 @@ fn from_above(plan: &Plan) -> bool {
     decoded.next() > decoded.next_back()
 }
 
-/// Pictures of the ring, of the whole frame and, where it is asked, of the mirror agree; the largest difference to the whole
-/// frame, in 255ths.
+/// Compares the pictures of the ring, of the whole frame and, if requested, of the mirror. Returns the largest
+/// difference from the whole frame, in 255ths.
 fn compare(
     device: &Device,
     (id, decoder): (&str, &dyn Decoder),
@@ -89,7 +89,7 @@ fn compare(
     let mirror = mirror_by(&SLICING, view, decoder);
     let mut rule = rule(drawing.filtering());
     if view.filter == Filter::Nearest && view.shading.is_some() {
-        // A sample on a voxel's face may fall to either side, and its gradient lights it from elsewhere.
+        // A sample on a voxel's face may fall to either side, and its gradient then lights it differently.
         rule.limit = 8.0 / 255.0;
     }
     rule.check(&mirror, &from_ring).unwrap_or_else(|e| panic!("{name}, mirror: {e}"));
@@ -110,8 +110,8 @@ fn pictures_are_those_of_the_whole_frame_along_every_axis_both_ways() {
         let volume = textured(ODD, [1.0, 1.5, 0.7], sample);
         let decoder = encoded(codec(id).as_ref(), &settings(pairs), &volume);
         for camera in cameras() {
-            // Texture units weigh 8-bit texels with 8 bits, and layers across x and y lie along other axes of their texture
-            // than in that of the whole frame. Few long steps do not average that out: they want single precision.
+            // Texture units weigh 8-bit texels with 8 bits, and layers across x and y have other texture axes than the
+            // whole frame. Few long steps do not average this out, so they need single precision.
             let single = decoder.decoded_form().format == TexelFormat::Float32;
             let steps = [(Filter::Nearest, 0.5), (Filter::Nearest, 1.7), (Filter::Linear, 0.5)];
             let longer = single.then_some([(Filter::Linear, 1.7), (Filter::Linear, 6.0)]);
@@ -173,7 +173,7 @@ fn colours_whatever_decides_their_opacity() {
     }
 }
 
-/// The failing twin: a ring that is off by one layer, in what it holds or in what its slots are called.
+/// The failing twin: a ring that is off by one layer, in its content or in its slot numbers.
 #[test]
 fn a_ring_off_by_one_layer_is_seen() {
     let Some(device) = test_device("ring::twins") else { return };
@@ -236,7 +236,7 @@ fn one_for_each_axis(decoder: &dyn Decoder) -> [Camera; 3] {
     })
 }
 
-/// Every codec that decodes inline, through the ring: settings in turn, each with another sample type.
+/// Every codec that decodes inline, through the ring, with alternating settings and sample types.
 #[test]
 fn every_voxel_that_comes_through_the_ring_is_what_the_cpu_decodes() {
     let Some(device) = test_device("ring::every_voxel") else { return };
@@ -280,7 +280,7 @@ fn colours_come_through_the_ring_and_so_does_a_split_stream() {
     }
 }
 
-/// The failing twin of the comparison: a wrong snippet comes out of the ring, and the picture's own comparison says so.
+/// The failing twin of the comparison: a wrong snippet reaches the ring, and the picture's own comparison detects it.
 #[test]
 fn a_wrong_snippet_is_caught() {
     let Some(device) = test_device("ring::wrong_snippet") else { return };
@@ -304,7 +304,7 @@ fn a_wrong_snippet_is_caught() {
     }
 }
 
-/// The same in a run: the cell fails, and its record says how many samples differ.
+/// The same in a run: the cell fails, and its record gives the number of samples that differ.
 #[test]
 fn a_cell_whose_ring_holds_other_values_fails() {
     let Some(device) = test_device("ring::failing_cell") else { return };

@@ -1,5 +1,5 @@
-//! Rounds of loops that a picture takes: llvmpipe ends all loops of a thread after 65 535 in sum, and rays that take more are
-//! walked in pieces. A shader whose decoder stands in a loop must not take more of them than one whose decoder is copied.
+//! Rounds of loops of a picture. llvmpipe ends all loops of a thread after 65 535 in sum, and longer rays are followed
+//! in pieces. A shader with its decoder in a loop must not need more rounds than one with copies of the decoder.
 
 use cvr_core::render::{Camera, ControlPoint, Filter, Shading, Stage, TransferFunction, View};
 use cvr_core::shader::Module;
@@ -14,7 +14,7 @@ use super::subjects::{codec, encoded, settings};
 /// Rounds after which llvmpipe ends loops.
 const MOST: f32 = 65535.0;
 
-/// Where a ray that was walked at once ends, and what stands there instead: its pixel's red is the rounds that are left.
+/// The end of a ray that was followed at once, and its replacement: red is then the number of remaining rounds.
 const END: &str = "    return Walk(result, select(ray_end, i, more));";
 const COUNTED: &str = "    var left = 0u;
     while left * inputs.view.size.x < 70000u * inputs.view.size.x {
@@ -29,7 +29,7 @@ struct Subject {
     filter: Filter,
     lit: bool,
     step_voxels: f32,
-    /// Most rounds of a pixel where every fetch is a copy of the decoder (commit 0055078).
+    /// Most rounds of a pixel if every fetch is a copy of the decoder (commit 0055078).
     copied: f32,
 }
 

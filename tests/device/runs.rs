@@ -4,14 +4,14 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
-use cvr::experiment::folder::OutFolder;
-use cvr::experiment::identity;
-use cvr::experiment::outcome::Outcome;
-use cvr::experiment::provenance::Provenance;
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
-use cvr::experiment::run::Run;
-use cvr::experiment::volumes::load;
+use cvr::experiment::files::folder::OutFolder;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::identity::experiment;
+use cvr::experiment::inputs::volumes::load;
+use cvr::experiment::records::provenance::Provenance;
+use cvr::experiment::records::record::{Record, Status};
+use cvr::experiment::running::outcome::Outcome;
+use cvr::experiment::running::run::Run;
 use cvr::registry::Names;
 use cvr::site::target::Target;
 use cvr_core::pipeline::{Capabilities, Document, resolve};
@@ -53,7 +53,7 @@ pub fn run(names: &Names, config: &str, target: &Target, folder: &Path) -> Outco
     let resolution = resolve(&experiment, &names.known(), &Capabilities::default());
     let volumes: Vec<_> = experiment.volumes.iter().map(|v| load(v, experiment.seed).unwrap()).collect();
     let provenance = Provenance::default();
-    let out = OutFolder::adopt(folder, identity::owner(&provenance)).unwrap();
+    let out = OutFolder::adopt(folder, experiment::owner(&provenance)).unwrap();
     let run = Run {
         experiment: &experiment,
         resolution: &resolution,
@@ -78,7 +78,7 @@ fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
     let folder = tempfile::tempdir().unwrap();
     let outcome = run(&Names::new().unwrap(), CONFIG, &Target::Device(device.clone()), folder.path());
     let records = &outcome.records;
-    // Two codecs, three sites, nearest and linear; and optimised-linear where there is a fetch_cell.
+    // Two codecs, three sites, nearest and linear; and optimised-linear if there is a fetch_cell.
     assert_eq!((records.len(), outcome.refused.len(), outcome.failed()), (13, 5, 0), "{records:#?}");
     for r in records {
         let name = format!("{} {} {}", r.codec, r.site, r.filter);
@@ -100,7 +100,7 @@ fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
     assert_eq!((bytes("raw", "inline"), bytes("raw", "host")), (24 * 24 * 24, 24 * 24 * 24));
     assert!(bytes("s3dc", "inline") * 2 < bytes("raw", "inline"), "{}", bytes("s3dc", "inline"));
     assert_eq!(bytes("s3dc", "host"), 4 * 24 * 24 * 24, "decoded values of s3dc are floats");
-    // The texture, and what the device decoded it from.
+    // The texture, and the codec's buffers from which the device decoded it.
     for codec in ["raw", "s3dc"] {
         assert_eq!(bytes(codec, "deferred"), bytes(codec, "host") + bytes(codec, "inline"), "{codec}");
     }
@@ -121,13 +121,13 @@ fn every_cell_of_an_experiment_runs_and_keeps_its_promises() {
     let relative = baseline.relative_frame_time.unwrap();
     assert!((0.3..3.0).contains(&relative), "raw against itself took {relative} times as long");
 
-    // Raw inline with the manual filter is the reference itself; s3dc at 2 bits is none.
+    // Raw inline with the manual filter is the reference itself. s3dc at 2 bits is not.
     assert_eq!(find(records, "raw", "inline", "linear").image_psnr_db, Some(f64::INFINITY));
     assert!(find(records, "s3dc", "inline", "linear").image_psnr_db.unwrap() < 60.0);
     assert_eq!(Results::read(&folder.path().join("results.json")).unwrap().records.len(), 13);
 }
 
-/// Raw and s3dc at all sites, in slices across an axis: what the ring shows is what the whole frame shows, out of less
+/// Raw and s3dc at all sites, in slices across an axis: the ring draws the same picture as the whole frame, with less
 /// memory.
 #[test]
 fn a_ring_of_layers_runs_beside_the_other_sites() {
@@ -142,7 +142,7 @@ fn a_ring_of_layers_runs_beside_the_other_sites() {
     let folder = tempfile::tempdir().unwrap();
     let outcome = run(&Names::new().unwrap(), &config, &Target::Device(device.clone()), folder.path());
     let of_ring: Vec<&Record> = outcome.records.iter().filter(|r| r.site == "ring").collect();
-    // Three ways to draw, of which one draws from a ring; two codecs, two filters, with and without skipping.
+    // Three renderers, one of them can draw from a ring; two codecs, two filters, with and without skipping.
     assert_eq!((of_ring.len(), outcome.refused.len(), outcome.failed()), (8, 16, 0), "{of_ring:#?}");
     assert!(outcome.refused.iter().all(|r| r.reason.contains("renderers that do: slicing,geometry=axis")));
     for r in of_ring {
@@ -182,7 +182,7 @@ fn the_command_draws_on_the_device_that_is_named() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("tiny.toml"), CONFIG).unwrap();
     let name = &device.info().name;
-    // A part of the name, in another case.
+    // A part of the name in another case.
     let part = name.split_whitespace().next().unwrap().to_uppercase();
     let backend = &device.info().backend;
     let one = ["--set", "pipeline.filter=[\"nearest\"]", "--set", "pipeline.site=[\"inline\"]"];

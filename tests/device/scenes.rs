@@ -1,4 +1,4 @@
-//! Views, and pictures of them on the device and by the CPU mirror.
+//! Views, and their pictures by the device and by the CPU mirror.
 
 use std::sync::Arc;
 
@@ -42,7 +42,7 @@ pub fn transfer_function(sample: SampleType) -> Arc<TransferFunction> {
     Arc::new(TransferFunction::new(points).unwrap())
 }
 
-/// From the front right and above, half a voxel per step, to the end of each ray.
+/// From the front, right and above, half a voxel per step, to the end of each ray.
 pub fn view(sample: SampleType, size: [u32; 2], filter: Filter) -> View {
     View {
         size,
@@ -101,7 +101,7 @@ pub fn source<'a>(device: &Device, site: Site, codec: &'a str, decoder: &'a dyn 
     VoxelSource::prepare(&target, site, coded, &decoded).unwrap().held.source(coded).unwrap()
 }
 
-/// What a run's own comparison finds in a frame that a site holds.
+/// The result of a run's own comparison of a held frame.
 pub fn checked(device: &Device, site: Site, codec: &str, decoder: &dyn Decoder) -> Checked {
     let target = Target::Device(device.clone());
     let key = (FrameIndex::FIRST, Level::FULL);
@@ -118,7 +118,7 @@ pub fn draw(device: &Device, view: &View, source: &DrawSource<'_>) -> (Image, Te
     (image, drawing.filtering())
 }
 
-/// A picture on the device by any renderer, and what drew it.
+/// A picture on the device by any renderer, and its filtering unit.
 pub fn draw_by(
     device: &Device,
     renderer: &dyn Renderer,
@@ -147,7 +147,7 @@ pub fn mirror_by(renderer: &dyn Renderer, view: &View, decoder: &dyn Decoder) ->
     image
 }
 
-/// How closely a picture must follow its mirror, by who interpolated.
+/// Tolerance between a picture and its mirror, by filtering unit.
 pub fn rule(filtering: TextureSampling) -> AgreementRule {
     match filtering {
         TextureSampling::Hardware => AgreementRule::HARDWARE,
@@ -155,8 +155,8 @@ pub fn rule(filtering: TextureSampling) -> AgreementRule {
     }
 }
 
-/// Whether slices are summed in single precision, as the rule for manual filters asks of them. Where a device blends in half,
-/// a line says what of this test did not run.
+/// Whether slices are summed in single precision, as the rule for manual filters requires. If a device blends in half
+/// precision, a line says which part of this test did not run.
 pub fn sums_single(device: &Device, what: &str) -> bool {
     let single = device.blends_single();
     if !single {

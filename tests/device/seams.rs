@@ -1,4 +1,4 @@
-//! Seams between sub-volumes with codebooks of their own, in pictures that are filtered across them.
+//! Seams between sub-volumes with their own codebooks, in pictures that are filtered across them.
 
 use cvr_core::codec::Decoder;
 use cvr_core::render::{Camera, Filter, Image, Projection, View};
@@ -43,8 +43,8 @@ fn column(device: &Device, x: u32) -> usize {
     row.iter().position(|p| p[3] > 0.9).unwrap()
 }
 
-/// How far the error of a picture jumps at the seam, on average over the rows, as an eye follows a line: divided by the farthest
-/// that it jumps at any other face between blocks.
+/// Jump of a picture's error at the seam, averaged over the rows (an eye follows a line), divided by the largest jump
+/// at any other block face.
 fn standing_out(device: &Device, original: &Subject, coded: &Subject) -> f64 {
     let [from, to] = [32, 160].map(|x| column(device, x) as f64);
     let per_voxel = (to - from) / 128.0;
@@ -54,7 +54,7 @@ fn standing_out(device: &Device, original: &Subject, coded: &Subject) -> f64 {
     let width = view.size[0] as usize;
     assert!(a.pixels().iter().filter(|p| p[3] > 0.1).count() > 10_000);
     let rows = || a.pixels().chunks_exact(width).zip(b.pixels().chunks_exact(width));
-    // The mean error of a voxel's columns, of red, green and blue.
+    // The mean error of a voxel's columns, over red, green and blue.
     let error = |x: f64| {
         let at = from + (x - 32.0) * per_voxel;
         let columns = at.round() as usize..(at + per_voxel).round() as usize;

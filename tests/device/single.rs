@@ -1,9 +1,9 @@
-//! What `cvr render` draws: at every site voxels are held to the CPU decoder first.
+//! Pictures of `cvr render`: at every site, voxels are compared with the CPU decoder first.
 
 use std::sync::Arc;
 
-use cvr::experiment::record::Record;
-use cvr::experiment::single::{Single, SingleError};
+use cvr::experiment::records::record::Record;
+use cvr::experiment::running::single::{Single, SingleError};
 use cvr::site::expected::Expected;
 use cvr::site::target::Target;
 use cvr_codec_tests::mutated::{Mutated, Mutation};
@@ -23,7 +23,7 @@ const RING: Slicing = Slicing {
     blending: Blending::Float32,
 };
 
-/// Whether there is a picture at a site, checked or not, and what was noted.
+/// Whether there is a picture at a site, with or without a check, and the remarks.
 fn draw(
     target: &Target,
     id: &str,

@@ -1,4 +1,4 @@
-//! Skipping empty macrocells on the device: the picture with and without, bit for bit.
+//! Skipping empty macrocells on the device: the pictures with and without it are equal bit for bit.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -23,7 +23,7 @@ const RENDERERS: [&str; 4] =
 
 const SIZE: [u32; 3] = [27, 33, 18];
 
-/// Single voxels on faces, edges and corners of macrocells, and a block; empty otherwise. Signed, so that texels of the
+/// Single voxels on faces, edges and corners of macrocells, and a block. Empty otherwise. Signed, so that texels of the
 /// sites *deferred* and *host* have an offset.
 pub fn sparse(sample: SampleType) -> FiniteVolume {
     let hot = [[8, 12, 3], [7, 24, 12], [16, 15, 8], [0, 0, 0], [26, 32, 17]];
@@ -33,14 +33,14 @@ pub fn sparse(sample: SampleType) -> FiniteVolume {
     })
 }
 
-/// What lies within a band: values that interpolation passes through beside voxels, and the voxels themselves.
+/// Shows a band of values: the voxels themselves, and values that interpolation passes next to them.
 fn band(from: f32) -> Arc<TransferFunction> {
     let point = |value, alpha| ControlPoint { value, rgba: [1.0, 0.6, 0.3, alpha] };
     let points = vec![point(from, 0.0), point(from + 1.0, 0.8), point(127.0, 0.6)];
     Arc::new(TransferFunction::new(points).unwrap())
 }
 
-/// Views in each of which much is new.
+/// Views that differ from each other in many ways.
 pub fn views(filter: Filter) -> [View; 4] {
     let view = |camera, step_voxels, from| View {
         size: [65, 49],
@@ -80,7 +80,7 @@ pub fn visible(image: &Image) -> usize {
     image.pixels().iter().filter(|p| p[3] > 0.0).count()
 }
 
-/// All renderers at these sites, under these filters; how often the texture unit interpolated.
+/// All renderers at these sites, with these filters. Returns how often the texture unit interpolated.
 fn check(
     device: &Device,
     id: &str,
@@ -134,7 +134,7 @@ fn s3dc_with_its_optimised_filter() {
     check(device, "s3dc", &[("block", "5x3x7")], SampleType::I16, &[Site::Deferred], &[Filter::Nearest]);
 }
 
-/// Layers that nothing shows of are not even decoded.
+/// Empty layers are not even decoded.
 #[test]
 fn the_ring_skips_whole_layers() {
     let Some(device) = test_device("skipping::ring") else { return };
@@ -154,12 +154,12 @@ fn the_ring_skips_whole_layers() {
         let [pass] = &plan.passes[..] else { panic!("one pass") };
         pass.inputs.steps.iter().filter(|step| matches!(step, LayerStep::Decode(_))).count()
     };
-    // The block lies in the macrocells from 16 to 23; a cell over each of their faces reads one layer more.
+    // The block lies in the macrocells from 16 to 23. A layer pair across each of their faces reads one layer more.
     assert_eq!((decodes(&view), decodes(&skipping)), (40, 10));
 }
 
-/// The shader that skips is another shader, and what it skips nothing of must come out the same: in noise every rounding
-/// that chooses another voxel is seen. (`floor(x + offset)` under the nearest filter was such a rounding.)
+/// The skipping shader is a different shader. If it skips nothing, its picture must be the same: in noise, every
+/// rounding that chooses another voxel is visible. (`floor(x + offset)` in the nearest filter was such a rounding.)
 #[test]
 fn both_shaders_round_alike() {
     let Some(device) = test_device("skipping::rounding") else { return };
@@ -184,7 +184,7 @@ fn both_shaders_round_alike() {
     }
 }
 
-/// The twin: macrocells of a volume that lacks the one voxel that is seen. Its picture then loses pixels.
+/// The twin: macrocells of a volume without the one visible voxel. Its picture then loses pixels.
 #[test]
 fn a_macrocell_that_shows_and_is_skipped_is_noticed() {
     let Some(device) = test_device("skipping::twin") else { return };

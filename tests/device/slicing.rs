@@ -81,7 +81,7 @@ fn half_precision_and_the_interpolated_correction_agree_too() {
             AgreementRule::HARDWARE.check(&expected, &picture).unwrap();
         }
     }
-    // Sums in single precision are nearer to the mirror than those in half.
+    // Sums in single precision are nearer to the mirror than sums in half precision.
     let off = |blending| {
         let slicing = Slicing { blending, ..Slicing::default() };
         let (picture, drawing) = draw_by(device, &slicing, &view, &source);
@@ -120,7 +120,7 @@ fn slices_show_what_rays_show_at_the_same_step() {
                 let mean = mean_difference(&rays, &slices);
                 assert!(mean < 2.0, "{geometry:?} at {azimuth}°, {projection:?}: {mean}");
             }
-            // As it would be if a slice of half a voxel counted as a whole one.
+            // The picture if a slice of half a voxel counted as a whole one.
             let denser: Vec<_> = view
                 .transfer_function
                 .points()

@@ -1,4 +1,4 @@
-//! A codec's buffers over several bindings: the snippet cannot tell, and neither can picture or dump.
+//! A codec's buffers over several bindings: snippet, picture and dump are unaffected.
 
 use cvr_core::codec::{Parity, VoxelDump};
 use cvr_core::render::{Filter, Image, Renderer};
@@ -26,7 +26,7 @@ fn draw(device: &Device, source: &DrawSource<'_>) -> (Image, String) {
 #[test]
 fn every_voxel_decodes_from_split_buffers() {
     let Some(device) = test_device("splitting::every_voxel") else { return };
-    // The parts end within rows and blocks; s3dc's Index volume has 1564 words, raw's samples 2542.
+    // The parts end within rows and blocks. s3dc's Index volume has 1564 words, raw's samples have 2542.
     for (id, pairs, words, last_part) in [
         ("raw", &[("bits", "native")][..], 450, "raw_samples_part5["),
         ("s3dc", &[("block", "4"), ("index_bits", "4")], 397, "s3dc_index_part1["),

@@ -1,6 +1,6 @@
-//! Levels of a codec that refines in stages, on the device: each by its own shader, texture and macrocells.
+//! Levels of a codec with stages on the device: each has its own shader, texture and macrocells.
 
-use cvr::experiment::record::Status;
+use cvr::experiment::records::record::Status;
 use cvr::registry::Names;
 use cvr::site::target::Target;
 use cvr_engine::testing::test_device;
@@ -27,7 +27,7 @@ fn every_site_draws_the_level_that_is_asked_for() {
         for cell in &cells {
             let name = format!("{stages:?} {} {} skipping {}", cell.site, cell.filter, cell.skipping);
             assert_eq!((cell.status, &cell.error), (Status::Ok, &None), "{name}");
-            // Texels and fetches are held to the CPU's decoding of this very level.
+            // Texels and fetches are compared with the CPU's values of the same level.
             if cell.site != "host" {
                 assert_eq!(cell.parity_mismatches, Some(0), "{name}");
             }

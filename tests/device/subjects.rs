@@ -1,4 +1,4 @@
-//! Volumes, and what codecs make of them.
+//! Volumes, and their encoded streams.
 
 use std::sync::Arc;
 
@@ -38,7 +38,7 @@ pub fn volume(
     FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
 }
 
-/// Noise over all that the number type holds and a half can take, of both signs where it has them; floats of many
+/// Noise over the range of the number type, limited to halves, with both signs if the type has them. Floats have many
 /// magnitudes.
 pub fn noise(size: [u32; 3], sample: SampleType) -> FiniteVolume {
     let (low, high) = sample.integer_range().map_or((-1000.0, 1000.0), |(l, h)| (f64::from(l), f64::from(h)));
@@ -50,7 +50,7 @@ pub fn noise(size: [u32; 3], sample: SampleType) -> FiniteVolume {
     })
 }
 
-/// A number that tells a voxel from all others.
+/// A number that differs from voxel to voxel.
 pub fn hash(p: [u32; 3]) -> u32 {
     let mut h = 0x9e37_79b9_u32;
     for v in p {
@@ -82,7 +82,7 @@ pub fn decoded(decoder: &dyn Decoder) -> Vec<f32> {
     decode_frame(decoder, FrameIndex::FIRST, &NoReferences).unwrap()
 }
 
-/// Values of a setting that are worth a shader of their own.
+/// Values of a setting that give different shaders.
 fn values(kind: &SettingKind) -> Vec<SettingValue> {
     match kind {
         SettingKind::Integer { min, max } => vec![SettingValue::Integer(*min), SettingValue::Integer(*max)],
@@ -95,13 +95,13 @@ fn values(kind: &SettingKind) -> Vec<SettingValue> {
             .iter()
             .filter_map(|&b| kind.canonical(&SettingValue::Text(b.to_owned())))
             .collect(),
-        // What a text means is its codec's own: it keeps its default.
+        // Only the codec knows the meaning of a text, so the default is used.
         SettingKind::Text { .. } => Vec::new(),
     }
 }
 
-/// Settings in which every value of every setting occurs. From one to the next each setting moves on by one, so
-/// that settings of different numbers of values meet in ever new pairs; `turn` begins elsewhere.
+/// Settings in which every value of every setting occurs. From one to the next, each setting advances by one, so
+/// settings with different numbers of values meet in new pairs. `turn` is the start.
 pub fn sweep(info: &CodecInfo, turn: usize) -> Vec<Settings> {
     let all = info.settings.iter().map(|s| (s.name, values(&s.kind)));
     let all: Vec<_> = all.filter(|(_, values)| !values.is_empty()).collect();

@@ -1,4 +1,4 @@
-//! Transfer functions on the device: analytic colours, however narrow a segment is, by every search for it.
+//! Transfer functions on the device: exact colours, for segments of any width, with every search.
 
 use cvr_core::codec::{Decoder, Site};
 use cvr_core::render::{
@@ -14,7 +14,7 @@ use super::former_table::with_table;
 use super::scenes::{draw_by, mirror, mirror_by, rule, source};
 use super::subjects::{codec, encoded, hash, settings, volume};
 
-/// Voxels along x and z; every value fills a column along y, which is where the camera looks.
+/// Voxels along x and z. Every value fills a column along y, the camera's direction.
 const SIDE: u32 = 24;
 const DEPTH: u32 = 4;
 
@@ -28,7 +28,7 @@ fn opaque(values: impl IntoIterator<Item = f32>) -> TransferFunction {
     TransferFunction::new(values.into_iter().enumerate().map(point).collect()).unwrap()
 }
 
-/// Functions of every search and every depth of it.
+/// Functions of every search, and of every depth of it.
 fn kinds() -> Vec<(&'static str, SegmentSearch, TransferFunction)> {
     let every = |points| SegmentSearch::Every { points };
     let guide = |wide| SegmentSearch::Guide { wide };
@@ -63,7 +63,7 @@ fn labels_of(values: impl IntoIterator<Item = f32>) -> TransferFunction {
     TransferFunction::new(points).unwrap()
 }
 
-/// Values at points, next to them, between them and beyond them; as many as there are columns.
+/// Values at points, next to them, between them and beyond them. There is one for each column.
 fn telling(f: &TransferFunction) -> Vec<f32> {
     let points = f.points();
     let mut values = vec![f32::MIN, f32::MAX, 0.0];
@@ -95,7 +95,7 @@ fn view(f: TransferFunction) -> View {
     View { size: [72, 72], camera, filter: Filter::Nearest, ..View::new(f) }
 }
 
-/// A column of each value; those that are left over have the first.
+/// A column for each value. Remaining columns have the first value.
 fn columns(values: &[f32]) -> Box<dyn Decoder> {
     let value =
         |[x, _, z]: [u32; 3]| f64::from(values.get((z * SIDE + x) as usize).copied().unwrap_or(values[0]));
@@ -103,7 +103,7 @@ fn columns(values: &[f32]) -> Box<dyn Decoder> {
     encoded(codec("raw").as_ref(), &settings(&[]), &volume)
 }
 
-/// The column that each pixel shows; `None` beside the volume.
+/// The column that each pixel shows. `None` outside the volume.
 fn seen_columns() -> Vec<Option<usize>> {
     let last = (SIDE * SIDE - 1) as f32;
     let numbers: Vec<f32> = (0..SIDE * SIDE).map(|i| i as f32).collect();
@@ -124,7 +124,7 @@ fn off(image: &Image, f: &TransferFunction, values: &[f32], columns: &[Option<us
     pixels.map(distance).fold(0.0, f64::max)
 }
 
-/// What rays add up in single precision of samples that are all alike.
+/// Rounding of a ray's sum of equal samples in single precision.
 const SUMMED: f64 = 2e-6;
 
 #[test]
@@ -171,13 +171,13 @@ fn by_table(device: &Device, view: &View, decoder: &dyn Decoder) -> Image {
     drawing.read_image().unwrap()
 }
 
-/// The failing twin: a table of 1024 entries shows the straight lines of two points, and of no narrow ones.
+/// The failing twin: a table of 1024 entries shows the straight lines of two points, but not narrow ones.
 #[test]
 fn a_table_of_equal_entries_is_noticed() {
     let Some(device) = test_device("transfer_function::table") else { return };
     let seen = seen_columns();
     for (name, _, f) in kinds() {
-        // The others have no table that single precision could find its way in.
+        // Single precision could not index a table of the others.
         let wrong = match name {
             "two" => false,
             "narrow peak" | "window" | "steps" | "labels" | "growing" | "4096 crowded" => true,
@@ -193,7 +193,7 @@ fn a_table_of_equal_entries_is_noticed() {
     }
 }
 
-/// A peak that a texture unit filters: 300 of 0 … 65535, and nothing 10 away from it.
+/// A peak in a filtered texture: 300 of 0 … 65535, and nothing 10 away from it.
 #[test]
 fn a_narrow_peak_shows_in_filtered_textures() {
     let Some(device) = test_device("transfer_function::narrow_peak") else { return };

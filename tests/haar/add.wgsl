@@ -1,4 +1,4 @@
-// What a frame differs by from the one that it is predicted from, added to that one.
+// Adds the reference of a predicted frame to its stored differences.
 @compute @workgroup_size(64)
 fn haar_add(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = id.y * groups.x * 64u + id.x;

@@ -1,5 +1,5 @@
-//! A codec for tests that has no snippet: an integer Haar transform, which a device undoes by passes over two scratch
-//! buffers. Lossless, for integers. Frames of a group are predicted from the one before them, and a volume has a second
+//! A codec for tests, without a snippet: an integer Haar transform. A device inverts it by passes over two scratch
+//! buffers. It is lossless for integers. Frames of a group are predicted from the frame before. A volume has a second
 //! resolution: the sums of its finest level.
 
 mod passes;
@@ -18,18 +18,18 @@ pub use passes::{Pass, Passes};
 #[derive(Debug)]
 pub struct Haar {
     info: CodecInfo,
-    /// What the device runs, of every stream.
+    /// The passes of the device, for every stream.
     pub passes: Passes,
-    /// Of a predicted frame, which one it is predicted from: the one before it. Tests change it.
+    /// The frame from which a predicted frame is predicted: the one before it. Tests change it.
     pub predicted_from: fn(u32) -> u32,
 }
 
-/// What a stream holds beside its coefficients.
+/// Parameters of a stream.
 #[derive(Copy, Clone, Debug, Serialize, Deserialize)]
 struct Parameters {
     /// How often sums are transformed again.
     levels: u32,
-    /// Frames of a group: one that decodes on its own, and those that follow it.
+    /// Frames of a group: one that decodes on its own, and the following ones.
     group: u32,
 }
 
@@ -39,7 +39,7 @@ impl Haar {
         Self::in_groups(levels, 1, volume)
     }
 
-    /// The same with groups of so many frames.
+    /// The same with groups of `group` frames.
     pub fn in_groups(levels: i64, group: i64, volume: &FiniteVolume) -> HaarDecoder {
         let haar = Self::default();
         let settings = [("levels", levels), ("group", group)];
@@ -77,7 +77,7 @@ impl Haar {
     }
 }
 
-/// Resolutions of a volume whose sums are transformed so often.
+/// Number of resolutions of a volume with this many transforms of its sums.
 fn resolutions(levels: u32) -> u8 {
     if levels > 0 { 2 } else { 1 }
 }
@@ -165,16 +165,16 @@ impl Encoder for HaarEncoder {
     }
 }
 
-/// The decoder, for which the CPU has undone the transforms of all frames.
+/// The decoder. The CPU has inverted the transforms of all frames.
 #[derive(Debug)]
 pub struct HaarDecoder {
     layout: VolumeLayout,
     levels: u32,
     group: u32,
     coefficients: Vec<u32>,
-    /// Of each resolution every frame; a predicted one less what it is predicted from.
+    /// Every frame, by resolution. A predicted frame is stored as the difference from its reference.
     frames: Vec<Vec<Vec<f32>>>,
-    /// What the device runs.
+    /// The passes of the device.
     pub passes: Passes,
     predicted_from: fn(u32) -> u32,
 }
@@ -232,7 +232,7 @@ impl Decoder for HaarDecoder {
 
     fn decoded_form(&self) -> DecodedForm {
         match self.layout.sample {
-            // Sums of predicted frames are rounded down in each: they may lie below what their volume holds.
+            // Sums of predicted frames are rounded down in each frame, so they may lie below the volume's range.
             _ if self.group > 1 => DecodedForm::FLOAT32,
             SampleType::U8 => DecodedForm { format: TexelFormat::Unorm8, scale: 255.0, offset: 0.0 },
             SampleType::I8 => DecodedForm { format: TexelFormat::Unorm8, scale: 255.0, offset: -128.0 },

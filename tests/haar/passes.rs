@@ -1,5 +1,5 @@
-//! What the device runs: one pass that loads, three for each level, one that finishes, and of a predicted frame one that
-//! adds what it is predicted from.
+//! The passes on the device: one loads, three run per level, one finishes, and for a predicted frame one adds its
+//! reference.
 
 use std::borrow::Cow;
 
@@ -61,7 +61,7 @@ impl Passes {
 }
 
 impl HaarDecoder {
-    /// A pass over a frame of this layout with these constants beside those that all have.
+    /// A pass over a frame of this layout, with these constants and those that all passes have.
     fn pass(
         &self,
         (pass, layout): (Pass, &VolumeLayout),

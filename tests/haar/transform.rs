@@ -3,7 +3,7 @@
 /// Samples along x, y and z; channels.
 pub type Shape = ([u32; 3], u32);
 
-/// The boxes of the levels, the finest first: each but the first holds the sums of the one before it.
+/// The boxes of the levels, the finest first. Each later box holds the sums of the one before.
 pub fn boxes(extent: [u32; 3], levels: u32) -> Vec<[u32; 3]> {
     (0..levels).scan(extent, |e, _| Some(std::mem::replace(e, e.map(|n| n.div_ceil(2))))).collect()
 }
@@ -37,7 +37,7 @@ pub fn inverse(coefficients: &mut [i32], shape: Shape, levels: u32) {
                 for (k, pair) in line.chunks_mut(2).enumerate() {
                     pair[0] = sums[k];
                     if let [a, b] = pair {
-                        // Streams may be damaged: what wraps is wrong, and no panic.
+                        // Streams may be damaged. Wrapping gives a wrong value, but no panic.
                         *a = sums[k].wrapping_sub(differences[k] >> 1);
                         *b = a.wrapping_add(differences[k]);
                     }
@@ -47,7 +47,7 @@ pub fn inverse(coefficients: &mut [i32], shape: Shape, levels: u32) {
     }
 }
 
-/// The coefficients of a box at the lower corner of a frame, by themselves.
+/// The coefficients of a box at the lower corner of a frame.
 pub fn low(coefficients: &[i32], (extent, channels): Shape, of: [u32; 3]) -> Vec<i32> {
     let row = |y: u32, z: u32| {
         let first = ((z * extent[1] + y) * extent[0] * channels) as usize;
@@ -56,7 +56,7 @@ pub fn low(coefficients: &[i32], (extent, channels): Shape, of: [u32; 3]) -> Vec
     (0..of[2]).flat_map(|z| (0..of[1]).flat_map(move |y| row(y, z).iter().copied())).collect()
 }
 
-/// Every line of the box along an axis, of each channel.
+/// Every line of the box along an axis, for each channel.
 fn lines(all: &mut [i32], (extent, channels): Shape, of: [u32; 3], axis: usize, f: impl Fn(&mut [i32])) {
     let [stride_x, stride_y] = [channels as usize, (channels * extent[0]) as usize];
     let strides = [stride_x, stride_y, stride_y * extent[1] as usize];

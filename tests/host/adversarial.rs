@@ -1,7 +1,7 @@
-//! Volumes that break things, through the whole run: each renders, or fails with a reason.
+//! Extreme volumes through a whole run: each cell draws, or fails with a reason.
 
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::{Record, Status};
 use cvr_core::volume::DenseVolume;
 
 use super::folder::Folder;
@@ -34,7 +34,7 @@ transfer_function = [[0.0, "#4080ff10"], [1.0, "#ffffffc0"]]
 /// Cells of [`CONFIG`].
 const CELLS: usize = 5 * 2 * 2;
 
-/// The records of a run on this volume. A cell that fails says why; one that does not has a picture.
+/// The records of a run on this volume. A failed cell has a reason; any other has a picture.
 fn run(volume: &DenseVolume) -> Vec<Record> {
     let folder = Folder::new();
     folder.volume("v.nrrd", volume);
@@ -62,7 +62,7 @@ fn run(volume: &DenseVolume) -> Vec<Record> {
     results.records
 }
 
-/// All cells of a volume that nothing is wrong with.
+/// All cells of a valid volume.
 fn ok(volume: &DenseVolume) -> Vec<Record> {
     let records = run(volume);
     for record in &records {
@@ -124,7 +124,7 @@ fn volumes_without_one_usable_number() {
     }
 }
 
-/// Renderers take differences of values. Where these overflow, a picture would silently lack something.
+/// Renderers compute differences of values. If these overflowed, a picture would silently lack something.
 #[test]
 fn the_whole_range_of_single_precision_is_refused_with_a_reason() {
     let wild =
@@ -138,7 +138,7 @@ fn the_whole_range_of_single_precision_is_refused_with_a_reason() {
     folder.volume("v.nrrd", &wild(3e38));
     let message = folder.cvr(&["render", "v.nrrd", "v.png", "--device", "cpu"]).refused();
     assert!(message.contains("from -3e38 to 3e38"), "{message}");
-    // Half as much can be drawn, by whoever can hold it.
+    // Half of that range can be drawn by codecs that can hold it.
     let records = run(&wild(1.5e38));
     for record in native(&records) {
         assert_eq!((record.status, record.max_abs_error), (Status::Ok, Some(0.0)));
@@ -174,7 +174,7 @@ fn steps_checkerboards_and_single_voxels() {
     ok(&floats([9, 8, 7], |p| if p == [4, 4, 3] { 1.0 } else { 0.0 }));
 }
 
-/// The test of these tests: what they check per record can fail.
+/// The test of these tests: their check of each record can fail.
 #[test]
 #[should_panic(expected = "half")]
 fn a_cell_that_fails_is_noticed() {

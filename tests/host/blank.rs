@@ -1,10 +1,10 @@
-//! Scenes that show nothing: no picture of theirs is judged, and everyone is told why.
+//! Scenes that show nothing: their pictures are not judged, and all outputs give the reason.
 
 use std::sync::OnceLock;
 
-use cvr::experiment::frame_figures::FrameFigures;
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::measured::frame_figures::FrameFigures;
+use cvr::experiment::records::record::{Record, Status};
 
 use super::folder::Folder;
 
@@ -34,7 +34,7 @@ filter = ["nearest", "linear"]
 skipping = [false, true]
 "##;
 
-/// Name, further keys, whether frame 0 shows something, and what is said of the scene.
+/// Name, further keys, whether frame 0 shows something, and the remark about the scene.
 const SCENES: [(&str, &str, bool, Option<&str>); 5] = [
     ("front", "transfer_function = [[100, '#00000000'], [150, '#ffffffff']]", true, None),
     (
@@ -83,7 +83,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// The run, and what it said on standard error.
+/// The run, and its standard error.
 fn run() -> &'static (Folder, Vec<Record>, String) {
     static RUN: OnceLock<(Folder, Vec<Record>, String)> = OnceLock::new();
     RUN.get_or_init(|| {
@@ -146,7 +146,7 @@ fn a_range_of_frames_is_judged_by_those_that_show_something() {
             assert!(told.iter().all(|v| v.is_some() == (frame.frame != 1)), "{frame:?}");
         }
         if record.codec == "s3dc" && record.filter == "linear" {
-            // Frame 1 shows nothing in either picture: errors and visible pixels are those of the two others.
+            // Frame 1 shows nothing in either picture. Errors and visible pixels are those of the two other frames.
             let squared = |f: &FrameFigures| {
                 f.image_psnr_db.map_or(0.0, |db| f.visible_pixels.unwrap() as f64 * 10_f64.powf(-db / 10.0))
             };
@@ -177,7 +177,7 @@ fn terminal_and_report_warn_and_nothing_is_ranked() {
             assert_eq!(folder.path(&chart).exists(), shows, "{chart}");
         }
     }
-    // What is taken over is warned of too.
+    // Taken-over cells give warnings too.
     let again = folder.cvr(&["run", "blank.toml", "--device", "cpu", "--out", "out", "--resume"]).exits(0);
     assert!(again.stdout.contains("40 of 40 cells taken over"), "{}", again.stdout);
     assert_eq!(again.stderr.matches("warning: ").count(), expected, "{}", again.stderr);
@@ -200,7 +200,7 @@ fn a_configuration_is_held_against_its_data() {
         assert_eq!(**line, format!("{expected} (seen in 40 × 30 pixels)"));
     }
     assert_eq!(lines.len(), 4);
-    // Within the type's range, and beside the data's.
+    // Within the type's range, but outside the data's.
     let set = "scene.front.transfer_function=[[210, '#00000000'], [220, '#ffffffff']]";
     let beside = folder.cvr(&["check-config", "blank.toml", "--set", set]).exits(0).stderr;
     let said = ": its transfer function shows what is above 210, and the values are 0 to 200";

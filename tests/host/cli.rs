@@ -1,4 +1,4 @@
-//! The program itself: what it prints, writes and returns.
+//! The program itself: its output, files and exit codes.
 
 mod bad_configurations;
 mod bad_files;

@@ -1,8 +1,8 @@
-//! Every codec × settings × sample type × channels × renderer × site × filter × projection is generated and
-//! validated, or refused with a reason that stands in a table.
+//! Every codec × settings × sample type × channels × renderer × site × filter × projection is generated and validated,
+//! or refused with a reason in a table.
 //!
-//! Everything is enumerated from the registry and the codecs' own schemas: a new codec or renderer is tested the
-//! day it is registered.
+//! Everything is enumerated from the registry and the codecs' own schemas, so a newly registered codec or renderer is
+//! tested at once.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -33,10 +33,10 @@ use super::volumes::{opened, varied};
 
 const KEY: (FrameIndex, Level) = (FrameIndex::FIRST, Level::FULL);
 
-/// No multiple of any block.
+/// Not a multiple of any block.
 const SIZE: [u32; 3] = [7, 5, 6];
 
-/// The values of a setting that reach its ends.
+/// The extreme values of a setting.
 pub fn interesting(kind: &SettingKind) -> Vec<SettingValue> {
     let texts = |texts: &[&str]| texts.iter().map(|t| SettingValue::Text((*t).to_owned())).collect();
     match kind {
@@ -46,15 +46,15 @@ pub fn interesting(kind: &SettingKind) -> Vec<SettingValue> {
         SettingKind::Choice(words) => texts(words),
         SettingKind::Boolean => [false, true].map(SettingValue::Boolean).into(),
         SettingKind::Block { max } => texts(&["1", "3x5x2", "4", &max.to_string()]),
-        // What a text means is its codec's own: the default alone is good for every volume.
+        // Only the codec knows the meaning of a text. The default is valid for every volume.
         SettingKind::Text { .. } => Vec::new(),
     }
 }
 
-/// Most settings of one codec that are tried as a whole product.
+/// Largest product of one codec's settings that is tried completely.
 const PRODUCT: usize = 32;
 
-/// All products of the interesting values of a codec's settings; where these are too many, each value of every setting
+/// All products of the interesting values of a codec's settings. If there are too many: each value of every setting
 /// with each value of the first, the others at their defaults.
 fn sweeps(info: &CodecInfo) -> Vec<CodecSweep> {
     let of = |sweeps: Vec<Sweep>| CodecSweep { id: info.id.to_owned(), sweeps };
@@ -78,7 +78,7 @@ fn sweeps(info: &CodecInfo) -> Vec<CodecSweep> {
     sweeps
 }
 
-/// Every renderer as it is by default, and as it draws from a ring of layers.
+/// Every renderer with its defaults, and with the settings for a ring of layers.
 fn labels() -> Vec<String> {
     let mut labels: Vec<String> = renderers().iter().map(|r| r.info().id.to_owned()).collect();
     labels.extend(renderers().iter().filter_map(|r| r.info().layers_label()));
@@ -116,7 +116,7 @@ pub fn view(filter: Filter, projection: Projection) -> View {
     }
 }
 
-/// The voxel source of a decoder at a site; layers lie across z until [`shader`] knows better.
+/// The voxel source of a decoder at a site. Layers lie across z until [`shader`] sets another axis.
 pub fn source<'a>(
     codec: &'a str,
     decoder: &'a dyn Decoder,
@@ -124,7 +124,7 @@ pub fn source<'a>(
     sampling: TextureSampling,
 ) -> Source<'a> {
     let (coded, holding) = (CodedFrame { codec, decoder, key: KEY }, cvr::site::of(site));
-    // A plan of any site; it decides nothing but the axis.
+    // A plan for any site. It determines only the axis.
     let renderer = cvr::registry::renderer("slicing,geometry=axis").unwrap();
     let view = view(Filter::Linear, Projection::Perspective);
     let plan = holding.plan(renderer.as_ref(), &view, decoder.layout()).unwrap();
@@ -138,7 +138,7 @@ pub fn source<'a>(
     source
 }
 
-/// The shader of the one pass of a picture.
+/// The shader of a picture's only pass.
 pub fn shader(
     renderer: &dyn Renderer,
     view: &View,
@@ -165,7 +165,7 @@ pub fn shader(
     generated_once(&request).map_err(|problem| format!("generator: {problem}"))
 }
 
-/// The pass that packs what the passes of a codec have decoded, or that decodes layers across z by its snippet.
+/// The pass that packs the result of a codec's passes, or that decodes layers across z with its snippet.
 fn decode_pass(codec: &str, decoder: &dyn Decoder) -> Result<Arc<GeneratedShader>, String> {
     if decoder.frame_decode().is_none() {
         return layer_pass(codec, decoder, Axis::Z);
@@ -187,7 +187,7 @@ fn layer_pass(codec: &str, decoder: &dyn Decoder, axis: Axis) -> Result<Arc<Gene
     })
 }
 
-/// One codec with one set of settings under everything else: how often a shader was made, and what was refused.
+/// One codec with one set of settings, combined with everything else: the number of shaders, and the refusals.
 fn pictures(
     names: &Names,
     resolution: &Resolution,
@@ -203,8 +203,8 @@ fn pictures(
                 resolution.cells.iter().filter(|c| c.codec == codec.info().id && c.settings == *settings);
             let decoded_by = OnceCell::new();
             for cell in cells {
-                // With settings a renderer is here for the ring; its other shaders are those of its defaults, as far as
-                // a codec can tell.
+                // A renderer with settings is only here for the ring. For a codec, its other shaders equal those of its
+                // defaults.
                 if cell.renderer.contains(',') && cell.site.granularity() != Granularity::Layer {
                     continue;
                 }
@@ -269,7 +269,7 @@ fn everything_is_generated_and_validated_or_refused_with_a_reason() {
         );
         *table.entry(key).or_default() += 1;
     }
-    // A snapshot for each codec: another one changes none of them.
+    // One snapshot per codec, so that another codec changes none of them.
     let mut of_codecs: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for (key, count) in &table {
         let (codec, rest) = key.split_once(' ').unwrap();
@@ -281,7 +281,7 @@ fn everything_is_generated_and_validated_or_refused_with_a_reason() {
     }
 }
 
-/// Resolving refuses what could not be drawn, and nothing else: the generator, asked all the same, refuses too.
+/// Resolving refuses exactly what cannot be drawn: the generator refuses the same.
 #[test]
 fn the_generator_cannot_make_what_resolving_refuses() {
     let names = Names::new().unwrap();
@@ -363,7 +363,7 @@ fn every_snippet_is_valid_for_scalars_and_colour() {
     assert!(generated >= 10 * names.codecs().iter().count(), "{generated} shaders");
 }
 
-/// The test of these tests: one letter off in a codec's snippet, and its shader is refused in its author's file.
+/// The test of these tests: with one wrong letter in a codec's snippet, its shader is refused, with the snippet's file.
 #[test]
 fn a_damaged_snippet_is_refused() {
     let names = Names::new().unwrap();

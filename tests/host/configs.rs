@@ -1,4 +1,4 @@
-//! The configurations that come with the program, read and resolved with the codecs that it really has.
+//! The shipped configurations, read and resolved with the real codecs.
 
 use cvr::registry::Names;
 use cvr_core::pipeline::{Capabilities, Document, Experiment, Resolution, resolve};
@@ -6,7 +6,7 @@ use cvr_core::pipeline::{Capabilities, Document, Experiment, Resolution, resolve
 /// The configuration of the documentation, word for word.
 pub const COMPARE: &str = include_str!("../../docs/example.toml");
 
-/// Reads and resolves a configuration; the error is the text that a user would see.
+/// Reads and resolves a configuration. The error is the text that a user would see.
 pub fn resolved(name: &str, text: &str) -> Result<(Experiment, Resolution), String> {
     let names = Names::new().unwrap();
     let document = Document::parse(name, text).map_err(|e| e.to_string())?;
@@ -15,7 +15,7 @@ pub fn resolved(name: &str, text: &str) -> Result<(Experiment, Resolution), Stri
     Ok((experiment, resolution))
 }
 
-/// No experiment, but the configuration of `cvr stability`.
+/// Not an experiment: the configuration of `cvr stability`.
 pub const NO_EXPERIMENT: &str = "stability";
 
 /// Name and text of every experiment in `configs/`, sorted.
@@ -72,7 +72,7 @@ fn the_quickstart_needs_no_file_and_says_why_combinations_are_refused() {
     let (_, text) = configurations().into_iter().find(|(name, _)| name == "quickstart").unwrap();
     let (experiment, resolution) = resolved("quickstart.toml", &text).unwrap();
     for volume in &experiment.volumes {
-        cvr::experiment::volumes::load(volume, experiment.seed).unwrap();
+        cvr::experiment::inputs::volumes::load(volume, experiment.seed).unwrap();
     }
     let reasons: Vec<String> = resolution
         .refused

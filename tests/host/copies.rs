@@ -1,12 +1,11 @@
-//! How often a codec's decoder stands in a shader once calls are replaced by what they call, as software rasterisers compile
-//! it.
+//! Number of copies of a codec's decoder in a shader after inlining of all calls, as software rasterisers compile it.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
 
 use cvr_core::shader::{GeneratedShader, MOST_INLINED_OPERATIONS};
 
-/// What a block calls, itself or in blocks within it.
+/// The functions that a block calls, itself or in inner blocks.
 pub fn calls_of(block: &naga::Block, callees: &mut Vec<naga::Handle<naga::Function>>) {
     for statement in block {
         match statement {
@@ -26,7 +25,7 @@ pub fn calls_of(block: &naga::Block, callees: &mut Vec<naga::Handle<naga::Functi
     }
 }
 
-/// Copies of functions in the entry point of a text: over all ways of calls that lead to them, loops counted once.
+/// Copies of functions in the entry point of a text, over all call paths. Loops count once.
 pub fn copies(text: &str, entry: &str, names: &[&str]) -> u64 {
     let module = naga::front::wgsl::parse_str(text).unwrap();
     // A function stands behind all that it calls.
@@ -44,7 +43,7 @@ pub fn copies(text: &str, entry: &str, names: &[&str]) -> u64 {
     called(&entry.function, &of_functions)
 }
 
-/// Copies of a codec's `fetch` and `fetch_cell`. Those of a text are counted once.
+/// Copies of a codec's `fetch` and `fetch_cell`. Texts are analysed once.
 pub fn decoders(codec: &str, shader: &GeneratedShader) -> u64 {
     static COUNTED: Mutex<Option<HashMap<blake3::Hash, u64>>> = Mutex::new(None);
     let asked = format!("{codec} {} {}", shader.entry, shader.wgsl);
@@ -58,7 +57,7 @@ pub fn decoders(codec: &str, shader: &GeneratedShader) -> u64 {
     copies
 }
 
-/// The promise of the generator: a decoder stands in a shader once, or else the whole shader is short.
+/// The guarantee of the generator: a shader contains one copy of a decoder, or else the whole shader is short.
 pub fn held(codec: &str, shader: &GeneratedShader) -> Result<(), String> {
     let operations = shader.inlined_operations;
     if operations <= MOST_INLINED_OPERATIONS {

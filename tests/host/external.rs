@@ -1,4 +1,4 @@
-//! Commands as codecs, through a whole run: told apart by their names; those that fail are records, and the run goes on.
+//! Commands as codecs in a whole run: their names distinguish them, failures become records, and the run goes on.
 #![cfg(unix)]
 
 use super::folder::Folder;
@@ -65,7 +65,7 @@ fn commands_that_fail_or_hang_are_records_and_the_run_goes_on() {
         assert_eq!(record["status"], "failed");
         assert!(record["error"].as_str().unwrap().contains(reason), "{record}");
     }
-    // The cells behind the points of a chart can be run again by their names.
+    // The cells of a chart's points can be run again by their names.
     let listed = folder.cvr(&["run", "commands.toml", "--list-cells"]).exits(0).stdout;
     let report = folder.text("results/commands/report.html");
     let cells: Vec<&str> = listed.lines().filter(|line| line.contains("gzip")).collect();

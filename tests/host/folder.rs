@@ -9,7 +9,7 @@ use cvr_core::volume::DenseVolume;
 /// A folder that vanishes with the test.
 pub struct Folder(tempfile::TempDir);
 
-/// What a run of the program left behind.
+/// Result of a run of the program.
 #[derive(Debug)]
 pub struct Ran {
     /// Exit code; `None` after a signal.
@@ -51,7 +51,7 @@ impl Folder {
         write_nrrd(&self.path(name), volume).unwrap();
     }
 
-    /// Every file and folder in here, at any depth, with `/` between their names, sorted.
+    /// All files and folders in here, at any depth, with `/` as separator, sorted.
     pub fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
         let mut folders = vec![self.root().to_owned()];
@@ -98,7 +98,7 @@ impl Ran {
         self
     }
 
-    /// The message of a run that found its input bad: exit code 2, and nothing on standard output.
+    /// The message of a run with bad input: exit code 2, and nothing on standard output.
     #[track_caller]
     pub fn refused(self) -> String {
         let ran = self.exits(2);
@@ -108,7 +108,7 @@ impl Ran {
     }
 }
 
-/// Whether a text holds what progress bars and colours are made of.
+/// Whether a text contains control characters, as progress bars and colours do.
 fn moves_the_cursor(text: &str) -> bool {
     text.contains(|c: char| c.is_control() && c != '\n')
 }

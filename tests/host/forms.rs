@@ -1,4 +1,4 @@
-//! Forms of shaders: a decoder stands in one of them often only where it is short.
+//! Forms of shaders: only a short decoder is copied often.
 
 use cvr::registry::{Names, renderer};
 use cvr_core::codec::{Decoder, SettingValue, Site};
@@ -19,7 +19,7 @@ fn decoder(codec: &str, settings: &[(&str, &str)]) -> Box<dyn Decoder> {
     opened(codec.as_ref(), &settings, &varied([9, 7, 5], SampleType::U8, 1))
 }
 
-/// The shader of a picture at the site *inline*; `change` is done to its pass before.
+/// The shader of a picture at the site *inline*. `change` modifies its pass first.
 fn made(
     codec: &str,
     decoder: &dyn Decoder,
@@ -82,8 +82,7 @@ fn a_long_decoder_stands_once_and_a_short_one_wherever_it_is_asked() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The twin of what is held of all combinations: a module for neighbours that the generator does not know, and so does not
-/// loop.
+/// The twin of the check over all combinations: an unknown module for neighbours, which the generator does not loop.
 #[test]
 fn a_long_decoder_that_stands_often_is_noticed() {
     let decoder = decoder("zfp", &[]);

@@ -1,4 +1,4 @@
-//! Passes of a codec's own, without a device: their texts, their limits, and where such a codec can be drawn.
+//! Passes of a codec's own, without a device: their texts, their limits, and the sites that such a codec offers.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ fn the_shaders_are_what_they_should_be() {
     insta::assert_snapshot!(shaders.texts().collect::<Vec<_>>().join("\n// ==== next pass\n\n"));
 }
 
-/// Each level has a box, and so workgroups, of its own; sizes that no workgroup fits, scalars and colours.
+/// Each level has its own box, and so its own workgroups. Sizes that no workgroup divides, scalars and colours.
 #[test]
 fn every_level_of_every_shape_is_generated() {
     for (size, channels) in [(ODD, 1), (ODD, 3), ([1; 3], 1), ([5, 1, 130], 3)] {
@@ -78,7 +78,7 @@ fn buffers_are_split_over_bindings_and_no_pass_can_tell() {
     let last = BindingKind::Scratch { buffer: 1, first: 4000, words: 1083, written: true };
     assert_eq!(lift.bindings.last().unwrap().kind, last);
     assert!(split.pack.wgsl.contains("return frame_words_part2[i - 4000u];"));
-    // The stream's own buffer and the one that it is loaded into: three parts each, and then five.
+    // The stream's own buffer and the one that it is loaded into: three parts each, then five.
     let small = BindingLimits { storage_words: 1100, ..limits };
     let error = shaders(&decoder, small).unwrap_err().to_string();
     assert_eq!(

@@ -1,14 +1,14 @@
-//! Sequences: a frame or a range of frames is drawn, and figures of single frames lie beside the records.
+//! Sequences: a frame or a range of frames is drawn, and figures of single frames accompany the records.
 
 use std::sync::OnceLock;
 
-use cvr::experiment::frame_figures::FrameFigures;
-use cvr::experiment::record::Record;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::measured::frame_figures::FrameFigures;
+use cvr::experiment::records::record::Record;
 
 use super::folder::Folder;
 
-/// A moving volume in which a scene draws frames 1 to 3 of 5, and each of three others one of them.
+/// A moving volume of 5 frames. One scene draws frames 1 to 3, and three others draw one of them each.
 const CONFIG: &str = r##"
 [experiment]
 name = "moving"
@@ -58,7 +58,7 @@ fn figures(folder: &Folder, record: &Record) -> Vec<FrameFigures> {
     csv::Reader::from_path(path).unwrap().deserialize().collect::<Result<_, _>>().unwrap()
 }
 
-/// The record of another scene that is the same but for the frames.
+/// The record of another scene that differs only in the frames.
 fn of_scene<'a>(records: &'a [Record], like: &Record, scene: &str) -> &'a Record {
     let same = |r: &&Record| {
         r.scene == scene && (&r.settings, &r.site, r.skipping) == (&like.settings, &like.site, like.skipping)
@@ -66,7 +66,7 @@ fn of_scene<'a>(records: &'a [Record], like: &Record, scene: &str) -> &'a Record
     records.iter().find(same).unwrap()
 }
 
-/// What a picture measures, without times.
+/// The figures of a picture, without times.
 fn picture(r: &Record) -> [Option<f64>; 6] {
     [
         r.image_psnr_db,
@@ -145,7 +145,7 @@ fn every_frame_of_a_range_has_the_picture_that_it_has_alone() {
     );
 }
 
-/// The picture of a later frame under the first one's name.
+/// The picture of a later frame, by the name of the first.
 fn later(path: &str) -> String {
     path.replace("-raycasting-inline-linear.png", "-raycasting-inline-linear.f0002.png")
 }

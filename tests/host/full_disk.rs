@@ -1,11 +1,10 @@
-//! Disks that are full, by way of files that may only have so many bytes: nothing torn ever bears its final name, and what
-//! failed says so.
+//! Full disks, simulated by a limit on file sizes: no incomplete file has a final name, and failures are reported.
 #![cfg(unix)]
 
 use std::collections::BTreeSet;
 use std::process::Command;
 
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;
 
@@ -13,8 +12,8 @@ use super::folder::{Folder, Ran};
 use super::kills::damage;
 use super::volumes::seeded;
 
-/// Runs the program with files of at most so many blocks of 512 bytes. The signal that would end it is ignored, so that
-/// writing fails as it does on a full disk.
+/// Runs the program with files of at most this many blocks of 512 bytes. The signal that would end it is ignored, so
+/// that writing fails as on a full disk.
 fn limited(folder: &Folder, blocks: u32, args: &[&str]) -> Ran {
     let output = Command::new("sh")
         .args(["-c", "trap '' XFSZ; ulimit -f \"$1\"; shift; exec \"$@\"", "sh", &blocks.to_string()])
@@ -81,7 +80,7 @@ fn each_kind_of_file_is_whole_or_not_there() {
         folder.cvr(&words).exits(0);
         let whole = folder.read(name);
         assert!(whole.len() > 1024, "{name}: {}", whole.len());
-        // An older file stays, and the largest limit that is too small is one block below.
+        // An older file stays. The largest limit that is too small is one block less.
         let blocks = whole.len().div_ceil(512) - 1;
         assert_eq!(limited(&folder, blocks as u32, &words).code, Some(2), "{words:?}");
         assert!(folder.read(name) == whole);
@@ -130,12 +129,12 @@ fn a_run_leaves_nothing_torn_and_goes_on_from_what_is_whole() {
         let again = Results::read(&folder.path("out/results.json")).unwrap();
         assert_eq!(again.records.len(), results.records.len());
     }
-    // Pictures and charts are smaller than what is written before them.
+    // Pictures and charts are smaller than the files written before them.
     let expected = [".jsonl", ".json", ".html"];
     assert!(expected.iter().all(|kind| kinds.contains(kind)), "files that did not fit: {kinds:?}");
 }
 
-/// A disk that is full before the first new cell is there leaves the results of before.
+/// If the disk is full before the first new cell, the old results stay.
 #[test]
 fn results_of_before_outlast_a_run_that_cannot_write() {
     let folder = Folder::new();

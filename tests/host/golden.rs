@@ -61,7 +61,7 @@ fn all() -> Vec<Golden> {
     all
 }
 
-/// Three drops that run into each other: smooth, so that a picture tells whence the light comes.
+/// Three drops that run into each other. They are smooth, so a picture shows the direction of the light.
 fn drops() -> DenseVolume {
     let drops = [([0.35, 0.4, 0.4], 0.17), ([0.65, 0.55, 0.35], 0.14), ([0.5, 0.5, 0.72], 0.12)];
     floats([40; 3], |p| {
@@ -172,7 +172,7 @@ impl Golden {
     }
 }
 
-/// The volume moved by one voxel along x; the first plane stays where it was.
+/// The volume moved by one voxel along x. The first plane stays.
 fn moved(voxels: &DecodedFrame) -> DecodedFrame {
     let width = voxels.layout().extent.x() as usize;
     let value = |i: usize| voxels.values()[if i.is_multiple_of(width) { i } else { i - 1 }];
@@ -189,12 +189,12 @@ fn pictures_are_those_that_were_blessed() {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
-/// Whether a picture breaks the rule; a golden that is missing is no difference.
+/// Whether a picture breaks the rule. A missing golden is not a difference.
 fn differs(goldens: &Goldens, name: &str, picture: &Image) -> bool {
     goldens.check(name, picture).is_err_and(|problem| problem.contains("golden picture: "))
 }
 
-/// The test of the test: what is off by one pixel, or by one voxel, is another picture.
+/// The test of the test: an error of one pixel or one voxel gives another picture.
 #[test]
 fn a_shift_by_one_pixel_or_voxel_is_another_picture() {
     let folder = tempfile::tempdir().unwrap();
@@ -210,7 +210,7 @@ fn a_shift_by_one_pixel_or_voxel_is_another_picture() {
     }
 }
 
-/// A light on the other side and a box that ends one voxel further are other pictures, by every renderer.
+/// Another light and a box that ends one voxel further give other pictures, with every renderer.
 #[test]
 fn another_light_or_box_is_another_picture() {
     let folder = tempfile::tempdir().unwrap();

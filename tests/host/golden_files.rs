@@ -1,7 +1,7 @@
 //! Golden pictures on disk, and the comparison with them.
 //!
-//! A golden is a PNG of premultiplied RGBA: what stands over black, and the opacity. It is written only with
-//! `CVR_BLESS=1`; one that is missing fails, like one that differs.
+//! A golden is a PNG of premultiplied RGBA: the colour over black, and the opacity. It is written only with
+//! `CVR_BLESS=1`. A missing golden fails the test.
 
 use std::path::{Path, PathBuf};
 
@@ -9,15 +9,15 @@ use cvr_core::metrics::{AgreementRule, image_agreement};
 use cvr_core::render::Image;
 use image::{ImageFormat, RgbaImage};
 
-/// Where goldens are, and where what differs from them goes.
+/// Folder of the goldens, and folder for pictures that differ.
 pub struct Goldens {
     pub folder: PathBuf,
     pub failures: PathBuf,
-    /// Whether goldens are written instead of compared with.
+    /// Whether goldens are written instead of compared.
     pub bless: bool,
 }
 
-/// 8 bits hold a picture to half a step, which comes on top of [`AgreementRule::MANUAL`].
+/// 8 bits store a picture within half a step, which is added to [`AgreementRule::MANUAL`].
 const RULE: AgreementRule = AgreementRule {
     name: "golden picture",
     within: 1.0 / 255.0,
@@ -74,7 +74,7 @@ fn of_bytes(picture: &RgbaImage) -> Image {
     Image::from_pixels([picture.width(), picture.height()], pixels.collect()).unwrap()
 }
 
-/// Differences of colour and opacity, 16 times as large, opaque; blank for pictures of different size.
+/// Differences of colour and opacity, multiplied by 16, opaque. Blank for pictures of different size.
 fn differences(a: &RgbaImage, b: &RgbaImage) -> RgbaImage {
     let mut out = RgbaImage::from_pixel(b.width(), b.height(), image::Rgba([0, 0, 0, 255]));
     for (x, y, pixel) in out.enumerate_pixels_mut() {

@@ -1,5 +1,5 @@
-//! Hostile campaigns: files that somebody has tampered with, thousands of them, the same ones in every run. What they are and
-//! how to run a long campaign tells `docs/maintainer/hostile.md`.
+//! Hostile campaigns: thousands of tampered files, equal in every run. `docs/maintainer/hostile.md` describes them, and
+//! how to run a long campaign.
 
 mod configurations;
 mod containers;

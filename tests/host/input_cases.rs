@@ -1,6 +1,6 @@
-//! Small files as other programs write them, with the voxels that an independent reader found: each gives exactly
-//! those, or is refused. They lie beside the real volumes, in `$CVR_DATA/../cases/inputs`; without them a test prints one
-//! line.
+//! Small files that other programs wrote, with the voxels that an independent reader found. Each is read with exactly
+//! these voxels, or refused. They lie next to the real volumes, in `$CVR_DATA/../cases/inputs`. Without them a test
+//! prints one line.
 
 use std::path::{Path, PathBuf};
 
@@ -62,7 +62,7 @@ fn little_endian(samples: &Samples) -> Vec<u8> {
     }
 }
 
-/// How a volume differs from what is right.
+/// The difference between a volume and the expected one.
 fn difference(right: &Right, input: &InputVolume) -> Option<String> {
     let layout = input.volume.layout();
     let found = (layout.extent.to_array(), layout.frames, layout.channels, input.stored.name().to_owned());

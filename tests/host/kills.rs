@@ -1,4 +1,4 @@
-//! Runs that are killed, for real: nothing on disk is ever half a file, and going on gives what one run gives.
+//! Runs that are really killed: no file on disk is incomplete, and a resumed run gives the results of a single run.
 
 #![cfg(unix)]
 
@@ -7,8 +7,8 @@ use std::os::unix::process::ExitStatusExt as _;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
-use cvr::experiment::record::Record;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::Record;
 
 use super::folder::Folder;
 
@@ -42,7 +42,7 @@ transfer_function = [[60, "#00000000"], [140, "#d08040c0"], [255, "#ffffffff"]]
 "##;
 
 const CELLS: usize = 16;
-/// No step of these tests takes as long on any machine; beyond it a test fails instead of hanging.
+/// No step of these tests takes this long on any machine. Beyond it, a test fails instead of hanging.
 const LIMIT: Duration = Duration::from_secs(120);
 
 fn prepared() -> Folder {
@@ -95,7 +95,7 @@ fn is_temporary(name: &str) -> bool {
     name.split('/').any(cvr_core::file::is_temporary)
 }
 
-/// Cells on disk. A run may make and remove files while this looks.
+/// Number of cells on disk. A run may create and remove files at the same time.
 fn finished(folder: &Folder) -> usize {
     let names = std::fs::read_dir(folder.path("out/cells")).into_iter().flatten().flatten();
     names.filter(|n| !is_temporary(&n.file_name().to_string_lossy())).count()
@@ -114,7 +114,7 @@ fn cells(folder: &Folder) -> Cells {
         .collect()
 }
 
-/// What is wrong with a file of results; temporary ones are nobody's result.
+/// The damage of a file of results, if any. Temporary files do not count.
 pub fn damage(name: &str, bytes: &[u8]) -> Option<String> {
     let text = std::str::from_utf8(bytes);
     match name.rsplit('.').next() {
@@ -152,7 +152,7 @@ fn assert_whole(folder: &Folder) {
     }
 }
 
-/// Every file in the folder of results is temporary, the list itself, or on it.
+/// Every file in the folder of results is temporary, the list itself, or listed.
 #[track_caller]
 fn assert_listed(folder: &Folder) {
     let names: Vec<_> = files(folder, "out/").into_iter().filter(|n| !is_temporary(n)).collect();
@@ -192,7 +192,7 @@ fn half_a_file_is_noticed() {
     assert_eq!(kinds, 3 + CELLS + 2 * CELLS + 2);
 }
 
-/// What does not hang on the clock.
+/// The results that do not depend on time.
 fn steady(folder: &Folder) -> Vec<String> {
     let results = Results::read(&folder.path("out/results.json")).unwrap();
     assert_eq!(results.provenance.references.len(), 2);
@@ -207,8 +207,8 @@ fn steady(folder: &Folder) -> Vec<String> {
     results.records.iter().map(text).collect()
 }
 
-/// Moments: cells that were finished in this run, and milliseconds thereafter. From a fixed seed, so that a failure
-/// can be repeated as far as a clock allows.
+/// When to kill: number of finished cells in this run, and milliseconds after that. From a fixed seed, so that a
+/// failure can be repeated as far as timing allows.
 fn moments() -> Vec<(usize, u64)> {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut next = |below: u64| {

@@ -1,13 +1,13 @@
-//! Predicted frames and lower resolutions, from the configuration to the record and through the commands: of a codec that
-//! has both, which is registered here alone.
+//! Predicted frames and lower resolutions, from the configuration to the record and in the commands, with a codec that
+//! is only registered here.
 
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Command;
 use cvr::commands::{decode, render, run};
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::{Record, Status};
 use cvr::input::Generator;
 use cvr::registry::Names;
 use cvr_core::codec::{Codec as _, Progress, SettingValue, Settings, encode_file};
@@ -58,7 +58,7 @@ fn args<A: clap::Args + clap::FromArgMatches>(words: &[&str]) -> A {
     A::from_arg_matches(&command.get_matches_from([&["cvr"], words].concat())).unwrap()
 }
 
-/// What `cvr run` makes of the configuration by the CPU mirror.
+/// The result of `cvr run` for the configuration, with the CPU mirror.
 fn records(haar: Haar, config: &str, expected: ExitCode) -> (Folder, Vec<Record>) {
     let folder = Folder::new();
     folder.write("levels.toml", config);
@@ -88,7 +88,7 @@ fn a_run_draws_predicted_frames_and_both_resolutions_at_both_sites_by_every_rend
                 assert_eq!(record.error_bound, None, "the promise is for the full resolution");
                 let (voxels, pictures) = (record.psnr_db.unwrap(), record.image_psnr_db.unwrap());
                 assert!(voxels > 15.0 && voxels < 60.0, "{name}: {voxels} dB");
-                // Where the picture lies is a test of its own.
+                // Another test checks the position of the picture.
                 assert!(pictures.is_finite(), "{name}: {pictures} dB");
             }
         }
@@ -97,7 +97,7 @@ fn a_run_draws_predicted_frames_and_both_resolutions_at_both_sites_by_every_rend
     assert!(folder.text("out/report.html").contains("(resolution 1)"), "the report tells levels apart");
 }
 
-/// The failing twin: frames that are predicted from another frame than they were coded from.
+/// The failing twin: frames that are predicted from a wrong frame.
 #[test]
 fn a_wrong_reference_fails_its_cells() {
     let config = CONFIG
@@ -117,7 +117,7 @@ fn a_wrong_reference_fails_its_cells() {
         let broken = error.contains("broke its error bound");
         assert_eq!(broken, record.resolution == 0, "{} {}: {error}", record.site, record.filter);
     }
-    // And a circle is a fault of the stream, in words.
+    // A circle is an error of the stream, reported in words.
     let circle = predicting(|frame| if frame % 3 == 1 { frame + 1 } else { frame - 1 });
     let (_folder, records) = self::records(circle, &config, ExitCode::from(1));
     for record in &records {
@@ -134,7 +134,7 @@ fn blobs(folder: &Folder) -> FiniteVolume {
     let volume = FiniteVolume::new(dense);
     let haar = Haar::default();
     let settings: Settings = [("group".to_owned(), SettingValue::Integer(3))].into_iter().collect();
-    let settings = settings.complete(haar.info()).unwrap();
+    let settings = haar.info().complete(&settings).unwrap();
     let replaced = volume.replaced();
     encode_file(&haar, &settings, &volume, replaced, &folder.path("v.cvr"), &Progress::silent()).unwrap();
     volume
@@ -144,7 +144,7 @@ fn loaded(folder: &Folder, name: &str) -> DenseVolume {
     cvr::input::open(&folder.path(name)).unwrap()
 }
 
-/// Each pair's lower mean, along x, then y, then z: the sums of the codec, found another way.
+/// The lower mean of each pair, along x, then y, then z: the codec's sums, computed in another way.
 fn halved(values: &[f32], size: [u32; 3]) -> Vec<f32> {
     let mut values: Vec<i32> = values.iter().map(|v| *v as i32).collect();
     let mut size = size.map(|n| n as usize);
@@ -184,7 +184,7 @@ fn decode_writes_predicted_frames_and_a_resolution() {
     let low = loaded(&folder, "low.nrrd");
     assert_eq!((low.layout().extent.to_array(), low.layout().frames), ([7, 5, 4], 5));
     assert_eq!(low.layout().spacing, [2.0; 3]);
-    // Frames 0 and 3 decode on their own; in others rounding adds up, to at most one for each frame and axis.
+    // Frames 0 and 3 decode on their own. In others, rounding accumulates to at most one per frame and axis.
     for frame in 0..5 {
         let expected = halved(&volume.dense().frame_values(FrameIndex(frame)), [13, 10, 7]);
         let found = low.frame_values(FrameIndex(frame));
@@ -236,8 +236,8 @@ fn distance(a: &Image, b: &Image) -> f64 {
     (sum / (4 * a.pixels().len()) as f64).sqrt()
 }
 
-/// A level is drawn where the volume lies, in odd sizes too. The failing twins: the same frame shifted by half a voxel of its
-/// own, and drawn at the size of its own voxels, are each far from it.
+/// A level is drawn at the volume's position, also for odd sizes. The failing twins are far from it: the same frame
+/// shifted by half of its voxels, and drawn at the size of its own voxels.
 #[test]
 fn a_levels_picture_lies_where_the_volumes_does() {
     for size in [[33, 32, 31], [29, 35, 27]] {
@@ -259,7 +259,7 @@ fn a_levels_picture_lies_where_the_volumes_does() {
         let reference = draw(&plain, &full);
         let coarse = plain.at_resolution(full.layout(), 1);
         let own = distance(&draw(&coarse, &low), &reference);
-        // Of every level voxel the one voxel up from its own: half a level voxel, the volume's size being even or not.
+        // For each level voxel, the next voxel above its own: half a level voxel, for even and odd sizes.
         let shifted = {
             let layout = low.layout().clone();
             let moved =
@@ -274,7 +274,7 @@ fn a_levels_picture_lies_where_the_volumes_does() {
         };
         let off = distance(&draw(&coarse, &shifted), &reference);
         assert!(off > 2.0 * own, "{size:?}: shifted {off}, as it is {own}");
-        // As if the level were a volume of its own, whose unit is its own voxel.
+        // As if the level were a volume of its own, with its own voxel as unit.
         let unscaled = distance(&draw(&plain, &low), &reference);
         assert!(unscaled > 2.0 * own, "{size:?}: unscaled {unscaled}, as it is {own}");
         // And so its voxels.

@@ -1,12 +1,12 @@
-//! Links between pages, and mentions of pages in any text of the project, name files that are there.
+//! Links between pages, and mentions of pages in any text of the project, must name existing files.
 
 use std::path::{Path, PathBuf};
 
 use super::folder::Folder;
 
-/// Folders that hold no text of ours.
+/// Folders without texts of this project.
 const SKIPPED: [&str; 4] = [".git", "target", "results", "shared"];
-/// Ends of the names of files that may mention a page.
+/// Extensions of files that may mention a page.
 const TEXTS: [&str; 8] = ["rs", "md", "toml", "wgsl", "py", "sh", "json", "html"];
 
 fn root() -> &'static Path {
@@ -34,7 +34,7 @@ fn texts(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Markdown without its fenced code and its code spans: what stands there is no link.
+/// Markdown without fenced code and code spans, which contain no links.
 fn prose(markdown: &str) -> String {
     let mut fenced = false;
     let mut prose = String::new();
@@ -77,7 +77,7 @@ fn anchors(markdown: &str) -> Vec<String> {
     found
 }
 
-/// What is wrong with the links of the pages below a folder: one line for each.
+/// Broken links in the pages below a folder, one line for each.
 fn broken_links(folder: &Path) -> Vec<String> {
     let mut broken = Vec::new();
     for page in texts(folder).into_iter().filter(|p| p.extension().is_some_and(|e| e == "md")) {
@@ -102,14 +102,14 @@ fn broken_links(folder: &Path) -> Vec<String> {
     broken
 }
 
-/// Paths of files in `docs/` that any text below a folder mentions and that are not there.
+/// Paths of missing files in `docs/` that a text below a folder mentions.
 fn missing_pages(folder: &Path) -> Vec<String> {
     let mut missing = Vec::new();
     for file in texts(folder) {
         let Ok(text) = std::fs::read_to_string(&file) else { continue };
         for (line, text) in text.lines().enumerate() {
             for (at, _) in text.match_indices("docs/") {
-                // Pages of other projects have a path in front of them: `https://docs.rs/docs/…`.
+                // Pages of other projects have a path before them: `https://docs.rs/docs/…`.
                 let before = text[..at].trim_end_matches("../").chars().next_back();
                 let path: String = text[at..]
                     .chars()
@@ -136,7 +136,7 @@ fn every_link_of_a_page_leads_somewhere() {
 #[test]
 fn every_page_that_is_mentioned_is_there() {
     let missing = missing_pages(root());
-    // This file's own examples of what is missing.
+    // This file itself contains examples of missing paths.
     let missing: Vec<_> = missing.into_iter().filter(|m| !m.starts_with("tests/host/links.rs")).collect();
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }

@@ -1,5 +1,5 @@
-//! Every volume of the folder of real volumes opens as its manifest says, and sample for sample as other software
-//! reads it. Without `CVR_DATA`, or without that software, a test prints one line.
+//! Every real volume opens as its manifest says, and has the same samples as in other software. Without `CVR_DATA`, or
+//! without that software, a test prints one line.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,7 @@ impl Entry {
     }
 }
 
-/// Headers round what the manifest has from elsewhere.
+/// Headers round numbers that the manifest has from other sources.
 fn near(a: [f64; 3], b: [f64; 3]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-5 * b)
 }
@@ -93,7 +93,7 @@ fn every_volume_opens_as_the_manifest_says() {
     }
 }
 
-/// What the other reader says of one volume.
+/// The other reader's result for one volume.
 #[derive(serde::Deserialize)]
 struct Facts {
     name: String,
@@ -107,7 +107,7 @@ struct Facts {
     sum: f64,
 }
 
-/// Where the volume differs from what the other reader found.
+/// The differences between a volume and the other reader's result.
 fn differences(input: &InputVolume, facts: &Facts) -> Vec<String> {
     let layout = input.volume.layout();
     let mut found = Vec::new();

@@ -1,8 +1,8 @@
-//! The figures of a run, against each other and against a lossless codec.
+//! The figures of a run, compared with each other and with a lossless codec.
 
-use cvr::experiment::error_histogram::Row;
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::measured::error_histogram::Row;
+use cvr::experiment::records::record::{Record, Status};
 
 use super::folder::Folder;
 
@@ -53,12 +53,12 @@ fn figures_of_a_run_agree_with_each_other() {
         assert_eq!(record.status, Status::Ok);
         let [file, payload] = [record.file_bytes, record.payload_bytes].map(Option::unwrap);
         assert!(file > payload && (file - payload).is_multiple_of(2048), "{file} of {payload} and a header");
-        // Two codes and a mean for each of 150 blocks are less than half a kilobyte: the rest is codebooks.
+        // Two codes and a mean for each of 150 blocks are less than half a kilobyte. The rest is codebooks.
         assert!(record.codec != "hvq" || payload > 4096, "{payload}");
         let rows = histogram(&folder, record);
         assert_eq!(rows.iter().map(|row| row.samples).sum::<u64>(), 24 * 20 * 18);
         assert!((rows.iter().map(|row| row.share).sum::<f64>() - 1.0).abs() < 1e-12);
-        // Bins of one integer each: what the histogram says of the errors is exact.
+        // Bins of one integer each: the histogram of the errors is exact.
         let samples = |row: &Row| row.samples as f64 / (24.0 * 20.0 * 18.0);
         let mean: f64 = rows.iter().map(|row| row.from.abs() * samples(row)).sum();
         let square: f64 = rows.iter().map(|row| row.from * row.from * samples(row)).sum();
@@ -79,7 +79,7 @@ fn figures_of_a_run_agree_with_each_other() {
         let (lossless, blocks) = (record.codec == "raw", record.block_discontinuity);
         assert_eq!(blocks.is_none(), lossless, "{}", record.codec);
         if record.codec == "hvq" {
-            // So few blocks have a codeword each: what is wrong lies where the scene shows nothing.
+            // Every block has its own codeword here, so errors lie where the scene shows nothing.
             continue;
         }
         let errors = [
@@ -92,7 +92,7 @@ fn figures_of_a_run_agree_with_each_other() {
         assert!(errors.iter().all(|e| (e.unwrap() == 0.0) == lossless), "{}: {errors:?}", record.codec);
         assert_eq!(record.codec_image_ms_ssim == Some(1.0), lossless, "{}", record.codec);
         assert_eq!(record.error_autocorrelation.is_none(), lossless, "{}", record.codec);
-        // Per visible pixel an error is larger than over the whole frame, and no error is none in both.
+        // Per visible pixel, an error is larger than over the whole picture. Without errors, both are zero.
         let [flip, whole] = [record.image_flip, record.image_flip_whole].map(Option::unwrap);
         let [similar, all] = [record.image_ms_ssim, record.image_ms_ssim_whole].map(Option::unwrap);
         assert!(

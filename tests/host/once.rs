@@ -1,4 +1,5 @@
-//! Shaders that several combinations ask for, made once: most of these differ in what no text depends on.
+//! Shaders that several combinations use are generated once. Most combinations differ in properties that no text
+//! depends on.
 
 use std::collections::HashMap;
 use std::fmt::Debug;
@@ -9,10 +10,10 @@ use cvr_core::volume::{SampleType, VolumeLayout};
 
 type Made = Result<Arc<GeneratedShader>, String>;
 
-/// What was made of each question, by the hash of its text.
+/// Results by the hash of their request.
 static KEPT: Mutex<Option<HashMap<blake3::Hash, Made>>> = Mutex::new(None);
 
-/// What `make` yields, or yielded when the same was asked before. `asked` must say all that the answer depends on.
+/// The result of `make`, or of an earlier equal request. `asked` must contain everything that the result depends on.
 pub fn once(asked: &impl Debug, make: impl FnOnce() -> Result<GeneratedShader, String>) -> Made {
     let key = blake3::hash(format!("{asked:?}").as_bytes());
     if let Some(made) = KEPT.lock().unwrap().get_or_insert_default().get(&key) {
@@ -23,7 +24,7 @@ pub fn once(asked: &impl Debug, make: impl FnOnce() -> Result<GeneratedShader, S
     made
 }
 
-/// A layout without what no text depends on: number type and spacing.
+/// A layout without the properties that no text depends on: number type and spacing.
 pub fn in_text(layout: &VolumeLayout) -> VolumeLayout {
     VolumeLayout { sample: SampleType::U8, spacing: [1.0; 3], ..layout.clone() }
 }
@@ -43,7 +44,8 @@ mod tests {
     use cvr_core::codec::Site;
     use cvr_core::shader::{BindingLimits, Program, TextureSampling};
 
-    /// What [`in_text`] leaves out is in no text: shaders of one stream are equal under every number type and spacing.
+    /// No text depends on the properties that [`in_text`] removes: a stream's shaders are equal for every number type
+    /// and spacing.
     #[test]
     fn no_text_depends_on_number_type_or_spacing() {
         let names = Names::new().unwrap();

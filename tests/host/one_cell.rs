@@ -1,4 +1,4 @@
-//! One cell of an experiment alone, by the command that the report gives for it.
+//! A single cell of an experiment, run with the command in the report.
 
 use serde_json::Value;
 
@@ -46,7 +46,7 @@ fn data(report: &str) -> Value {
     serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
 }
 
-/// The words of a command, as `sh` takes them apart.
+/// The words of a command, split as `sh` does.
 fn words(command: &str) -> Vec<String> {
     let print = format!("for word in {command}; do printf '%s\\n' \"$word\"; done");
     let out = std::process::Command::new("sh").args(["-c", &print]).output().unwrap();

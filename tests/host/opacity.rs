@@ -1,7 +1,7 @@
-//! What decides the opacity of colours, from a configuration to pictures and figures.
+//! The origin of a colour's opacity, from a configuration to pictures and figures.
 
-use cvr::experiment::record::Record;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::Record;
 use cvr::input::write_npy;
 use cvr_core::volume::{DenseVolume, Extent, SampleType, Samples, VolumeLayout};
 
@@ -22,7 +22,7 @@ site = ["inline", "host"]
 filter = "linear"
 "##;
 
-/// A cube of red beside green, each growing, and a little blue noise.
+/// A cube of red next to green, both increasing, with a little blue noise.
 fn dyes() -> DenseVolume {
     let extent = Extent::cube(12).unwrap();
     let layout = VolumeLayout { channels: 3, ..VolumeLayout::scalar(extent, SampleType::U8) };
@@ -34,7 +34,7 @@ fn dyes() -> DenseVolume {
     DenseVolume::new(layout, Samples::U8((0..12 * 12 * 12).flat_map(voxel).collect())).unwrap()
 }
 
-/// Opacities that are those of one channel.
+/// Opacities of one channel.
 fn table(edge: u32, of: impl Fn([u32; 3]) -> f32) -> DenseVolume {
     let extent = Extent::cube(edge).unwrap();
     let entry = |i: u32| of([i % edge, i / edge % edge, i / edge / edge]);
@@ -100,7 +100,7 @@ fn each_way_to_decide_draws_another_picture_and_channels_have_figures_of_their_o
     assert!(csv.lines().next().unwrap().contains(",psnr_red_db,psnr_green_db,psnr_blue_db,"));
 }
 
-/// The table that says what the channel says draws what the channel draws; one that is turned does not.
+/// A table that equals the channel gives the channel's picture; a rotated one does not.
 #[test]
 fn a_table_runs_red_along_x() {
     let folder = with_tables();

@@ -1,4 +1,4 @@
-//! The container as other software opens it: the lines of `docs/codec-author/format.md`, as they stand there.
+//! The container opened by other software, with the lines of `docs/codec-author/format.md`.
 
 use std::process::Command;
 
@@ -6,7 +6,7 @@ use super::folder::Folder;
 
 const FORMAT: &str = include_str!("../../docs/codec-author/format.md");
 
-/// The lines between the fence of Python and the next.
+/// The lines of the first Python block.
 fn python(document: &str) -> &str {
     let (_, after) = document.split_once("```python\n").unwrap();
     after.split_once("```").unwrap().0

@@ -1,4 +1,4 @@
-//! Folders of results: what of them may go, and that nothing else ever does.
+//! Folders of results: which files may be removed. No other file is ever removed.
 
 use std::collections::BTreeMap;
 
@@ -70,13 +70,13 @@ fn a_folder_of_others_is_refused_and_written_to_beside_on_request() {
         assert!(message.contains("holds files that cvr has not written there"), "{message}");
         assert!(message.contains("--overwrite") && message.contains("--out"), "{message}");
         assert_eq!(contents(&folder), before, "{command:?}");
-        // Once beside them, and once more over what was written beside them.
+        // Once next to them, and again over that result.
         folder.cvr(&[command, &["--overwrite"]].concat()).exits(0);
         folder.cvr(command).exits(0);
         let after = contents(&folder);
         assert!(after.len() > before.len() + 3);
         assert!(before.iter().all(|(name, bytes)| after.get(name) == Some(bytes)), "{command:?}");
-        // Results over a file of somebody else's are not written at all.
+        // Results are not written over a file of somebody else.
         let own = command[0] == "stability";
         let name = if own { "out/atlas.csv" } else { "out/results.csv" };
         std::fs::remove_dir_all(folder.path("out")).unwrap();
@@ -114,7 +114,7 @@ fn the_same_experiment_is_replaced_and_says_so() {
     let second = folder.cvr(&RUN).exits(0);
     let said = "results/own: the results of an earlier run of experiment `own` (2 cell(s)) are replaced";
     assert!(second.stderr.starts_with(said), "{}", second.stderr);
-    // Comments and the order of keys make no other experiment; a key does, and so do cells that would be lost.
+    // Comments and the order of keys do not change an experiment. A key does, and so do cells that would be lost.
     let commented = CONFIG.replace("name = \"own\"", "# a remark\nname = 'own'");
     folder.write("x.toml", &commented);
     assert!(folder.cvr(&RUN).exits(0).stderr.starts_with(said));
@@ -131,7 +131,7 @@ fn the_same_experiment_is_replaced_and_says_so() {
     assert_eq!(both.code, Some(2));
 }
 
-/// As version 0.1.0 left it: no list, no digests. What it names is ours, and a picture that it was about to name.
+/// As version 0.1.0 left it: no list, no digests. Files that it names are ours, and so is the next picture.
 #[test]
 fn a_folder_of_the_first_version_is_known_by_what_it_names() {
     let folder = prepared();
@@ -154,7 +154,7 @@ fn a_folder_of_the_first_version_is_known_by_what_it_names() {
         let now = contents(&folder);
         assert!(foreign.iter().all(|(name, bytes)| now.get(name) == Some(bytes)));
     };
-    // Another experiment: refused, or in place of it on request.
+    // Another experiment: refused, or replaced on request.
     let other = [&RUN[..], &["--set", "scene.size=[9, 9]"]].concat();
     assert!(folder.cvr(&other).refused().contains("it ran with --set"));
     folder.cvr(&[&other[..], &["--overwrite"]].concat()).exits(0);
@@ -165,7 +165,7 @@ fn a_folder_of_the_first_version_is_known_by_what_it_names() {
     assert!(ran.stderr.contains("(2 cell(s)) are replaced"), "{}", ran.stderr);
     stays();
     assert!(ours.keys().all(|name| folder.path(name).is_file()));
-    // Resumed: all is run again, over the files of before. One cell had not been listed when that version was killed.
+    // Resumed: all cells are run again, over the old files. One cell was not listed when that version was killed.
     first_version();
     let cell = host_cell(&folder);
     std::fs::remove_file(folder.path(&format!("results/own/cells/{cell}.json"))).unwrap();

@@ -1,4 +1,4 @@
-//! Outputs that are no regular files: links, device nodes, FIFOs, standard output by its name.
+//! Outputs that are not regular files: links, device nodes, FIFOs, standard output by its name.
 #![cfg(unix)]
 
 use std::os::unix::fs::{FileTypeExt as _, symlink};
@@ -10,7 +10,7 @@ use cvr_core::volume::SampleType;
 use super::folder::Folder;
 use super::volumes::seeded;
 
-/// Words of the program: those before the name of the file that it writes, and those behind it.
+/// Words of a command line: those before the output file, and those behind it.
 type Words = [Vec<&'static str>; 2];
 
 /// A volume and its container, and the commands that write a file.
@@ -41,7 +41,7 @@ fn links_are_followed_and_stay() {
         let write = |name: &str| folder.cvr(&[&before[..], &[name], &after[..]].concat()).exits(0);
         write(&plain);
         symlink(&target, folder.path(&link)).unwrap();
-        // First a link that leads nowhere yet, then one to an older file.
+        // First a link without a target, then one to an older file.
         for _ in 0..2 {
             write(&link);
             assert!(folder.path(&link).symlink_metadata().unwrap().is_symlink(), "{link}");
@@ -91,7 +91,7 @@ fn fifos_and_standard_output_get_the_bytes_of_the_file() {
         folder.cvr(&[&before[..], &[&*fifo], &after[..]].concat()).exits(0);
         assert!(reader.join().unwrap() == folder.read(&plain), "{ending}");
         assert!(folder.path(&fifo).symlink_metadata().unwrap().file_type().is_fifo());
-        // By a link, whose ending names the format; into a pipe, and behind what a file holds already.
+        // Through a link whose name gives the format; into a pipe, and after the existing content of a file.
         let out = format!("out.{ending}");
         symlink("/dev/stdout", folder.path(&out)).unwrap();
         let run = |stdout: Stdio| {

@@ -1,5 +1,5 @@
-//! Real volumes through the whole of it: reader, registry, codec, metrics. The figures were computed independently
-//! of this implementation. Without `CVR_DATA` each test prints one line.
+//! Real volumes through reader, registry, codec and metrics. The figures were computed independently of this
+//! implementation. Without `CVR_DATA` each test prints one line.
 
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ fn file(name: &str) -> Option<PathBuf> {
     folder.map(|f| PathBuf::from(f).join(name))
 }
 
-/// PSNR in dB of S3Dc, which must keep its bound.
+/// PSNR in dB of S3Dc. Its bound must hold.
 fn psnr(volume: &FiniteVolume, block: i64, index_bits: i64) -> f64 {
     let names = Names::new().unwrap();
     let codec = names.codecs().get("s3dc").unwrap();

@@ -1,9 +1,9 @@
-//! What a run leaves behind: records, cells, pictures, report.
+//! The results of a run: records, cells, pictures, report.
 
 use std::sync::OnceLock;
 
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::{Record, Status};
 use serde_json::Value;
 
 use super::folder::Folder;
@@ -77,7 +77,7 @@ fn columns_have_the_names_and_the_order_that_last() {
     let read: Vec<Record> = reader.deserialize().collect::<Result<_, _>>().unwrap();
     for (csv, mut json) in read.iter().zip(results("a").records) {
         if json.max_abs_error == Some(0.0) {
-            // `null` in JSON: no foreground, or none that differs. CSV keeps the two apart.
+            // `null` in JSON: no foreground, or a foreground without errors. CSV distinguishes the two.
             assert_eq!((csv.foreground_psnr_db, json.foreground_psnr_db), (Some(f64::INFINITY), None));
             json.foreground_psnr_db = csv.foreground_psnr_db;
         }
@@ -112,7 +112,7 @@ fn results_tell_where_they_come_from() {
     assert_eq!(volume["blake3"], hash.as_str(), "of the samples");
 }
 
-/// Nothing of the machine's folders is in what people pass on.
+/// Results that people pass on contain no folder of this machine.
 #[test]
 fn results_hold_no_path_of_this_machine() {
     let folder = runs();
@@ -135,7 +135,7 @@ fn every_cell_has_a_record_of_its_own() {
         .map(|n| folder.json(n))
         .collect();
     for cell in &mut cells {
-        // What a cell's file holds beside the record.
+        // Fields of a cell's file besides the record.
         let fields = cell.as_object_mut().unwrap();
         assert_eq!(fields.remove("digest").unwrap().as_str().unwrap().len(), 64);
         assert_eq!(fields.remove("key").unwrap().as_str().unwrap().len(), 64);
@@ -206,7 +206,7 @@ fn the_report_stands_alone() {
     }
 }
 
-/// Whether a page refers to something in the network. Names of XML namespaces are no references.
+/// Whether a page refers to the network. Names of XML namespaces are not references.
 fn fetches(page: &str) -> bool {
     let page = page.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
     let page = page.replace("xmlns:xlink=\"http://www.w3.org/1999/xlink\"", "");
@@ -298,7 +298,7 @@ fn the_mirror_draws_the_same_at_all_sites() {
     }
 }
 
-/// The mirror has no ring of layers. It draws the picture all the same, and says from what.
+/// The mirror has no ring of layers. It still draws the picture, and names its source.
 #[test]
 fn the_mirror_draws_no_ring_and_says_so() {
     let folder = Folder::new();

@@ -1,12 +1,12 @@
-//! The report as a browser shows it, where there is one: `chromium`, `chromium-browser` or `google-chrome`.
+//! The report in a browser, if there is one: `chromium`, `chromium-browser` or `google-chrome`.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use cvr::experiment::record::Status;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::records::record::Status;
 
 use super::folder::Folder;
 
@@ -42,10 +42,11 @@ transfer_function = [[60, "#00000000"], [255, "#ffffffff"]]
 const HOSTILE: &str = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
 
 /// Charts of the report: two of both volumes; per volume one of voxels, two of each device (encoding, decoding), one of
-/// each of two views, the frame time of each view on each device, and one of errors. The mirror has no device memory to budget.
+/// each of two views, the frame time of each view on each device, and one of errors. The mirror has no device memory to
+/// show.
 const CHARTS: usize = 2 + 2 * (1 + 2 * 2 + 2 + 2 * 2 + 1);
 
-/// A report of two volumes, one of them of a hostile name, two devices and a failed cell; with its folder.
+/// A report of two volumes (one with a hostile name), two devices and a failed cell; with its folder.
 fn report() -> &'static Folder {
     static REPORT: OnceLock<Folder> = OnceLock::new();
     REPORT.get_or_init(|| {
@@ -67,8 +68,8 @@ fn report() -> &'static Folder {
         results.records.extend(elsewhere);
         let last = results.records.last_mut().unwrap();
         (last.status, last.error) = (Status::Failed, Some(HOSTILE.to_owned()));
-        let owner = cvr::experiment::identity::owner(&results.provenance);
-        let out = cvr::experiment::folder::OutFolder::adopt(&folder.path("out"), owner).unwrap();
+        let owner = cvr::experiment::identity::experiment::owner(&results.provenance);
+        let out = cvr::experiment::files::folder::OutFolder::adopt(&folder.path("out"), owner).unwrap();
         cvr::report::write(&out, &results.provenance, &results.records, &results.refused).unwrap();
         folder
     })
@@ -80,14 +81,14 @@ fn browser() -> Option<PathBuf> {
     std::env::split_paths(&path).flat_map(|dir| names.map(|name| dir.join(name))).find(|p| p.is_file())
 }
 
-/// What a browser makes of a page.
+/// The browser's result for a page.
 #[derive(Debug)]
 struct Shown {
-    /// What the page found when it used itself; `None` when its script did not come to an end.
+    /// The page's own findings. `None` if its script did not end.
     found: Option<String>,
-    /// What the browser wrote to the page's console.
+    /// Messages in the page's console.
     console: Vec<String>,
-    /// What was asked of the network, but for what the browser asks of its maker.
+    /// Network requests, except the browser's own.
     requests: Vec<String>,
 }
 
@@ -99,7 +100,7 @@ impl Shown {
     }
 }
 
-/// Loads a page in a window of this width; `None` where there is no browser.
+/// Loads a page in a window of this width. `None` without a browser.
 fn show(page: &Path, width: u32, more: &[&str]) -> Option<Shown> {
     let Some(browser) = browser() else {
         eprintln!("skipped: no chromium, chromium-browser or google-chrome in PATH");
@@ -157,7 +158,7 @@ fn the_page_works_at_every_width_and_in_both_colour_schemes() {
     }
 }
 
-/// Pages that are not well: each of these has to be noticed.
+/// Broken pages: each must be detected.
 #[test]
 fn a_broken_page_is_noticed() {
     let folder = report();
@@ -235,7 +236,7 @@ fn every_chart_lies_beside_the_report_and_none_of_an_earlier_one() {
             let headers = reader.headers().unwrap().clone();
             let lines: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().unwrap();
             assert!(!lines.is_empty(), "{name}");
-            // Of charts whose marks are no cells, or tell more than two values, the sheet has columns of its own.
+            // If a chart's marks are not cells, or have more than two values, its sheet has other columns.
             if headers.len() == 13 {
                 plain += 1;
                 assert_eq!(
@@ -258,7 +259,7 @@ fn every_chart_lies_beside_the_report_and_none_of_an_earlier_one() {
     assert!(!files.iter().any(|name| name.contains("noise")), "the names before they were changed");
 }
 
-/// Resuming and merging write the charts; a run of other cells removes those that are no more, and no others.
+/// Resuming and merging write the charts. A run of other cells removes only the charts that no longer exist.
 #[test]
 fn charts_follow_the_run() {
     let folder = Folder::new();

@@ -1,10 +1,10 @@
-//! Going on with a run: what is taken over, and what is run again.
+//! Resuming a run: which cells are taken over, and which are run again.
 
 use std::time::SystemTime;
 
-use cvr::experiment::cell_file::digest_of;
-use cvr::experiment::folder::lock;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::cell_file::digest_of;
+use cvr::experiment::files::folder::lock;
+use cvr::experiment::files::results::Results;
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;
 
@@ -79,7 +79,7 @@ fn cell(folder: &Folder, parts: &[&str]) -> String {
 
 type State = Vec<(String, Vec<u8>, SystemTime)>;
 
-/// Every cell file and picture with its bytes and the time of its last change.
+/// Every cell file and picture, with its bytes and modification time.
 fn state(folder: &Folder) -> State {
     let names = folder.names().into_iter();
     let files = names.filter(|n| n.starts_with("out/cells/") || n.starts_with("out/images/"));
@@ -127,8 +127,9 @@ fn only_what_is_missing_is_run_and_encoded() {
     assert!(changed.iter().all(|n| n.contains("noise-s3dc-block=4,index_bits=2-front-raycasting-host")));
 
     let again = Results::read(&folder.path("out/results.json")).unwrap();
-    let identity =
-        |r: &cvr::experiment::record::Record| format!("{} {} {} {}", r.volume, r.codec, r.scene, r.site);
+    let identity = |r: &cvr::experiment::records::record::Record| {
+        format!("{} {} {} {}", r.volume, r.codec, r.scene, r.site)
+    };
     let order = |r: &Results| r.records.iter().map(identity).collect::<Vec<_>>();
     assert_eq!(order(&again), order(&results), "in the order of the cells");
     let same = again.records.iter().zip(&results.records).filter(|(a, b)| a == b).count();
@@ -147,14 +148,14 @@ fn without_resume_everything_is_run() {
 fn what_goes_into_a_result_decides() {
     let folder = finished();
     let count = |set: &[&str]| counts(&folder.cvr(&[&RESUME[..], set].concat()).exits(0)).0;
-    // Both volumes hang on the seed, of which a file tells nothing; but so could whatever else is left to chance.
+    // Nothing is taken over under another seed: anything random may depend on it.
     assert_eq!(count(&["--set", "experiment.seed=8"]), 0);
     assert_eq!(count(&[]), 0, "and back again");
     assert_eq!(count(&[]), 16);
     assert_eq!(count(&["--set", "scene.front.step_voxels=0.7"]), 8, "the other scene is as it was");
     assert_eq!(count(&[]), 8);
     assert_eq!(count(&["--set", "codec.s3dc.index_bits=4"]), 8, "raw is as it was");
-    // Another name is another file: the cells of before are still there.
+    // Another name is another file: the old cells are still there.
     assert_eq!(count(&[]), 16);
     assert_eq!(count(&["--set", "experiment.name=other"]), 16, "a name is no input");
 }
@@ -201,7 +202,7 @@ fn a_file_that_is_no_whole_record_is_run_again() {
     }
 }
 
-/// A record as it would be written by someone who knows how: whose names or key are not the cell's is not taken over.
+/// A forged record with a valid digest: if its names or key are not the cell's, it is not taken over.
 #[test]
 fn a_sealed_record_of_another_cell_is_run_again() {
     let folder = finished();
@@ -241,7 +242,7 @@ fn a_sealed_record_of_another_cell_is_run_again() {
     }
 }
 
-/// As version 0.1.0 wrote them: all cells are run again, which is said once.
+/// As version 0.1.0 wrote them: all cells are run again, with one message.
 #[test]
 fn records_without_a_digest_are_run_again() {
     let folder = finished();

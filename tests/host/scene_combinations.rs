@@ -1,7 +1,7 @@
 //! Every renderer × its settings × lit × clipped × skipping × projection × site × filter × channels is generated and
 //! validated.
 //!
-//! Renderers and settings are enumerated from the registry. Pictures whose shaders are the same text are generated once.
+//! Renderers and settings are enumerated from the registry. Pictures with equal shader texts are generated once.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
@@ -23,7 +23,7 @@ use super::combinations::{interesting, source, view};
 use super::copies::held;
 use super::volumes::{opened, varied};
 
-/// What a view may have beside camera and colours.
+/// Properties of a view besides camera and colours.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
 pub struct Optics {
     pub lit: Option<Light>,
@@ -44,7 +44,7 @@ impl Optics {
     /// All at once.
     pub const EVERYTHING: Self = Self { lit: Some(Light::Camera), clipped: true, skipping: true };
 
-    /// A view with these, for what a decoder decodes.
+    /// A view with these properties, for a decoder.
     pub fn of(self, view: View, decoder: &dyn Decoder) -> View {
         let macrocells = self.skipping.then(|| {
             let never = AtomicBool::new(false);
@@ -54,7 +54,7 @@ impl Optics {
         View { macrocells, ..self.drawn(view) }
     }
 
-    /// A view with shading and clip box; skipping is left as it is.
+    /// A view with shading and clip box. Skipping is unchanged.
     pub fn drawn(self, view: View) -> View {
         let shading = self.lit.map(|light| {
             let direction = match light {
@@ -86,7 +86,7 @@ pub fn labels(info: &RendererInfo) -> Vec<String> {
     all.iter().map(|settings| info.label(settings).unwrap()).collect()
 }
 
-/// The one pass of a plan as a shader.
+/// The shader of a plan's only pass.
 fn made(
     program: &Program,
     filter: Filter,
@@ -107,7 +107,7 @@ fn the_pass(plan: &Plan) -> &Pass {
     pass
 }
 
-/// The program of a pass, and what follows its rays in pieces where it follows rays.
+/// The program of a pass, and the program in pieces if it follows rays.
 fn and_guarded(pipeline: &Pipeline) -> Vec<Program> {
     let in_pieces = pipeline.guarded_program().filter(|_| matches!(pipeline.stage, Stage::Rays(_)));
     [Some(pipeline.program()), in_pieces].into_iter().flatten().collect()
@@ -123,7 +123,7 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
             let id = codec.info().id;
             let volume = varied([17, 9, 20], SampleType::U8, *channels);
             let decoder = opened(codec.as_ref(), &codec.info().default_settings(), &volume);
-            // The text of a shader follows from the pass, the filter and the source.
+            // Pass, filter and source determine the text of a shader.
             let mut distinct: HashMap<(Pipeline, Site, String), (Filter, TextureSampling)> = HashMap::new();
             for label in labels(info) {
                 let renderer = renderer(&label).unwrap();
@@ -177,7 +177,7 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
             assert!(problems.is_empty(), "{}", problems.join("\n"));
         }
     }
-    // A snapshot for each codec: another one changes none of them.
+    // One snapshot per codec, so that another codec changes none of them.
     let mut of_codecs: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for ((id, label), (pictures, shaders)) in counts {
         let line = format!("{label}: {pictures} pictures, {} shaders", shaders.len());
@@ -189,7 +189,7 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
     }
 }
 
-/// The test of the test: a pass that lacks any one of the modules that it uses, or brings one of its own twice, is noticed.
+/// The test of the test: a pass without one of its modules, or with one of its own twice, is detected.
 #[test]
 fn no_module_can_be_left_out() {
     let names = Names::new().unwrap();
@@ -210,7 +210,7 @@ fn no_module_can_be_left_out() {
                     let gone = without.modules.remove(i);
                     twice.modules.push(gone.clone());
                     assert!(make(&twice).is_err(), "{label}: {} may stand twice", gone.name());
-                    // The only shared module of its kind comes by itself.
+                    // A shared module that is the only one of its kind is added automatically.
                     let same = make(&without).is_ok_and(|shader| shader.wgsl.len() == text.len());
                     assert!(same || make(&without).is_err(), "{label}: {} is not needed", gone.name());
                 }
@@ -219,7 +219,7 @@ fn no_module_can_be_left_out() {
                     let gone = without.offered.remove(i);
                     let found = make(&without);
                     let same = found.as_ref().is_ok_and(|shader| shader.wgsl == text);
-                    // One that alone declares some other name that is used comes by itself.
+                    // So is a module that alone declares another used name.
                     let noticed = if text.contains(gone.source()) { same || found.is_err() } else { same };
                     assert!(noticed, "{label}: {}", gone.name());
                 }
@@ -228,7 +228,7 @@ fn no_module_can_be_left_out() {
     }
 }
 
-/// A renderer that calls what nobody declares, or what a view was to choose, learns which function that is.
+/// If a renderer calls an undeclared function, or one that a view must choose, the error names it.
 #[test]
 fn a_missing_function_is_named() {
     let names = Names::new().unwrap();

@@ -1,4 +1,4 @@
-//! `cvr schema`: what is committed is what the program prints, and every shipped configuration is held to it.
+//! `cvr schema`: the committed files equal the program's output, and every shipped configuration is valid.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ fn text(name: &str) -> String {
     std::fs::read_to_string(root().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// What is wrong with a configuration by the committed schema.
+/// The errors of a configuration by the committed schema.
 fn complaints(toml: &str) -> Vec<String> {
     let schema: Value = serde_json::from_str(&text(SCHEMA)).unwrap();
     let instance: Value = toml::from_str(toml).unwrap();
@@ -27,7 +27,7 @@ fn complaints(toml: &str) -> Vec<String> {
     validator.iter_errors(&instance).map(|e| format!("{}: {e}", e.instance_path())).collect()
 }
 
-/// `CVR_BLESS=1` writes what the program prints.
+/// `CVR_BLESS=1` writes the program's output.
 fn committed(name: &str, arguments: &[&str]) {
     let printed = Folder::new().cvr(arguments).exits(0).stdout;
     if std::env::var_os("CVR_BLESS").is_some() {

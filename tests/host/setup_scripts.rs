@@ -1,5 +1,5 @@
-//! What `./run` and `./test` do before they build: words of `CVR_DEVICE`, and which adapter is looked for, installed or done
-//! without. A script that prints a list of adapters stands in for `cvr devices --tsv`, another for the package manager.
+//! The steps of `./run` and `./test` before the build: values of `CVR_DEVICE`, and the adapter that is found, installed
+//! or missing. Scripts replace `cvr devices --tsv` and the package manager.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -9,7 +9,7 @@ const GL_IN_SOFTWARE: &str = "0\tgl\tcpu\tllvmpipe\t4.5\n";
 const GL_ON_HARDWARE: &str = "0\tgl\tdiscrete\tGeForce 3090\t4.6\n";
 const BOTH: &str = "0\tvulkan\tcpu\tlavapipe\tMesa\n1\tgl\tcpu\tllvmpipe\t4.5\n";
 
-/// What the functions are tried with. `$1` is a folder with the list of adapters, and the one that an installation leads to.
+/// The test script for the functions. `$1` is a folder with the list of adapters, and the list after an installation.
 const SCRIPT: &str = r#"
 set -euo pipefail
 . .ci/prepare.sh
@@ -40,7 +40,7 @@ impl Tried {
     }
 }
 
-/// `after` is what there is once packages are installed; `None` where none can be.
+/// `after` is the list after packages are installed. `None` if none can be installed.
 fn try_out(switch: Option<&str>, adapters: &str, after: Option<&str>) -> Tried {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("adapters"), adapters).unwrap();
@@ -59,7 +59,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The adapters that are found in the end, what was installed for it, and a part of what is said.
+/// The adapter that is found at the end, the packages installed for it, and a part of the message.
 fn assert_found(tried: &Tried, found: &str, installed: &str, said: &str) {
     let all = tried.said();
     assert_eq!(tried.output.status.code(), Some(0), "{all}");
@@ -140,8 +140,8 @@ fn an_unknown_word_is_an_error_before_anything_is_built() {
     }
 }
 
-/// A test binary in a folder of this name, run as `./test` runs each: exit code, what it printed, and the times. One that
-/// `knows_times` answers when asked for them.
+/// A test binary in a folder of this name, run as `./test` does: exit code, output, and times. One with `knows_times`
+/// answers the question for times.
 fn run_timed(folder_name: &str, knows_times: bool) -> (Option<i32>, String, String) {
     let folder = tempfile::tempdir().unwrap();
     let (deps, times) = (folder.path().join(folder_name), folder.path().join("times"));
@@ -151,7 +151,7 @@ fn run_timed(folder_name: &str, knows_times: bool) -> (Option<i32>, String, Stri
         "#!/bin/sh\ncase \" $* \" in *' --list '*) exit {listed} ;; esac\necho \"given: $*\"\n\
          echo 'test a::b ... ok <1.250s>'\necho 'test c - should panic ... FAILED <0.500s>'\nexit 101\n"
     );
-    // Not written by this process: a program cannot be run while any other one that was just forked holds it open.
+    // Another process writes the file: a program cannot be run while any forked process holds it open.
     let mut write = Command::new("sh");
     write.args(["-c", "printf %s \"$1\" > \"$2\" && chmod +x \"$2\"", "sh", &text]).arg(&binary);
     assert!(write.status().unwrap().success());
@@ -182,7 +182,8 @@ fn what_cannot_be_timed_runs_as_it_is() {
     }
 }
 
-/// CPU time is that of the programs which the script has run. A shell that is ended after two seconds of it took two.
+/// CPU time is that of the programs that the script has run. A shell that is ended after two seconds of CPU time took
+/// two.
 #[test]
 fn cpu_time_is_counted() {
     let script = r#"

@@ -40,7 +40,7 @@ fn text(scene: &Scene) -> String {
     text_by(scene.renderer, scene)
 }
 
-/// The same by a renderer of another label.
+/// The same with the renderer of another label.
 fn text_by(label: &str, scene: &Scene) -> String {
     let names = Names::new().unwrap();
     let codec = names.codecs().get(scene.codec).unwrap();
@@ -51,7 +51,7 @@ fn text_by(label: &str, scene: &Scene) -> String {
             .collect(),
         _ => Settings::default(),
     };
-    let settings = settings.complete(codec.info()).unwrap();
+    let settings = codec.info().complete(&settings).unwrap();
     let decoder = opened(codec.as_ref(), &settings, &varied([13, 17, 23], SampleType::U8, 1));
     let source = source(scene.codec, decoder.as_ref(), scene.site, scene.sampling);
     let view = scene.optics.of(view(scene.filter, scene.projection), decoder.as_ref());
@@ -183,7 +183,7 @@ fn a_stack_of_slices_knows_one_geometry_and_one_opacity() {
     );
 }
 
-/// All that generator and templates contribute is called. A codec's snippet comes as its author wrote it.
+/// Every function of generator and templates is called. A codec's snippet is copied unchanged.
 #[test]
 fn templates_bring_no_function_that_nothing_calls() {
     let idle = |label: &str, scene: &Scene| {
@@ -214,7 +214,7 @@ fn templates_bring_no_function_that_nothing_calls() {
     }
 }
 
-/// A picture that needs no pieces of rays has nothing of them in its shader.
+/// A picture without rays in pieces has no code for them in its shader.
 #[test]
 fn rays_at_once_know_no_pieces() {
     let text = text(&S3DC);

@@ -1,9 +1,9 @@
-//! Shards and their union: every cell once, and results that do not belong together are refused.
+//! Shards and their union: every cell once, and unrelated results are refused.
 
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-use cvr::experiment::cell_file::digest_of;
+use cvr::experiment::files::cell_file::digest_of;
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;
 use serde_json::Value;
@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::folder::Folder;
 use super::volumes::seeded;
 
-/// Three groups of one codec and settings, each of four cells.
+/// Three groups of one codec with its settings, four cells each.
 const CONFIG: &str = r##"
 [experiment]
 name = "dealt"
@@ -46,7 +46,7 @@ fn run<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["run", "x.toml", "--device", "cpu", "--out", out][..], more].concat()
 }
 
-/// The whole experiment in `whole`, its shards in `s1` to `s4`; nothing is written here later.
+/// The whole experiment in `whole`, its shards in `s1` to `s4`. Later tests write nothing here.
 fn dealt() -> &'static Folder {
     static DEALT: OnceLock<Folder> = OnceLock::new();
     DEALT.get_or_init(|| {
@@ -81,7 +81,7 @@ fn copy(from: &Folder, run: &str, to: &Folder, as_run: &str) {
     }
 }
 
-/// Replaces a text in all records of a run, which are sealed anew, and in its provenance.
+/// Replaces a text in all records of a run and in its provenance. Digests are renewed.
 fn edit(folder: &Folder, run: &str, from: &str, to: &str) {
     let files = folder.names().into_iter().filter(|n| n.starts_with(run) && n.ends_with(".json"));
     for name in files {
@@ -146,7 +146,7 @@ fn merged_shards_are_the_whole() {
     assert_eq!(folder.text("merged/results.csv").lines().count(), 13);
     assert!(!folder.text("merged/results.json").contains(folder.root().to_str().unwrap()));
 
-    // A merged folder is a folder of results: it can be merged, and gone on with.
+    // A merged folder is a folder of results: it can be merged and resumed.
     folder.cvr(&["merge", "merged", "--out", "twice"]).exits(0);
     assert_eq!(records(folder, "twice"), ours);
     assert_eq!(folder.json("twice/results.json")["provenance"]["parts"].as_array().unwrap().len(), 4);
@@ -258,7 +258,7 @@ fn a_folder_that_is_not_whole_is_named() {
     ] {
         let bytes = own.read(&format!("a/{name}"));
         own.write(&format!("a/{name}"), &bytes[..bytes.len() / 2]);
-        // Results of before stay; that they were to be replaced is said first.
+        // Old results stay. That they would be replaced is said first.
         let before = own.names();
         let message = merge().exits(2).stderr;
         assert_eq!(own.names(), before);
@@ -266,7 +266,7 @@ fn a_folder_that_is_not_whole_is_named() {
         own.write(&format!("a/{name}"), bytes);
         merge().exits(0);
     }
-    // A record that was edited, and one that carries no digest: nobody vouches for the one, the other is refused.
+    // An edited record, and one without a digest: the first is not trusted, the second is refused.
     let name = "a/cells/scan-s3dc-block=4,index_bits=4-front-raycasting-host-linear.json";
     let text = own.text(name);
     own.write(name, text.replacen("\"psnr_db\": ", "\"psnr_db\": 1", 1));

@@ -1,4 +1,4 @@
-//! Skipping empty macrocells changes no picture: the CPU mirror with and without, bit for bit.
+//! Skipping empty macrocells changes no picture of the CPU mirror, bit for bit.
 
 use std::fmt;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ const RENDERERS: [&str; 5] = [
     "slicing,opacity_correction=lerp",
 ];
 
-/// Volumes of values from 0 to 255 that are mostly 0, or just not so where it matters.
+/// Volumes of values from 0 to 255 that are mostly 0, with exceptions at critical places.
 fn volumes() -> Vec<(String, DenseVolume)> {
     let mut volumes = Vec::new();
     let hash = |p: [u32; 3]| p.iter().fold(7_u32, |h, v| (h ^ v).wrapping_mul(0x9e37_79b1).rotate_left(13));
@@ -57,7 +57,7 @@ fn function(points: &[(f32, &str)]) -> Arc<TransferFunction> {
     Arc::new(TransferFunction::new(points.iter().map(point).collect()).unwrap())
 }
 
-/// What is high, from the first point on; a window between the values, which only interpolation meets; what is low.
+/// High values, from the first point on; a window between the values, which only interpolation reaches; low values.
 fn functions() -> [Arc<TransferFunction>; 3] {
     [
         function(&[(60.0, "#ff804000"), (100.0, "#ffc040e0"), (255.0, "#ffffffff")]),
@@ -94,7 +94,7 @@ fn cameras() -> Vec<Camera> {
     ]
 }
 
-/// Every camera with every filter; steps, clip boxes and light in turn, so that each meets each.
+/// Every camera with every filter. Steps, clip boxes and light alternate, so that all pairs occur.
 fn views(function: &Arc<TransferFunction>, turn: &mut usize) -> Vec<View> {
     let mut views = Vec::new();
     for camera in cameras() {
@@ -114,7 +114,7 @@ fn views(function: &Arc<TransferFunction>, turn: &mut usize) -> Vec<View> {
     views
 }
 
-/// High where the volume is low.
+/// High values where the volume has low ones.
 fn upside_down(volume: &DenseVolume) -> DenseVolume {
     let Samples::F32(values) = volume.samples() else { panic!("floats") };
     let samples = Samples::F32(values.iter().map(|v| 255.0 - v).collect());
@@ -163,7 +163,7 @@ fn pictures_are_the_same_bit_for_bit() {
             let frame = DecodedFrame::decode(decoder.as_ref(), FrameIndex::FIRST).unwrap();
             for view in views(&function, &mut turn) {
                 let skipping = skipping(&view, macrocells.clone());
-                // Each renderer meets every kind of view, and not every view.
+                // Each renderer draws every kind of view, but not every view.
                 let renderer = renderer(RENDERERS[turn_of(drawn)]).unwrap();
                 let without = draw(renderer.as_ref(), &view, &frame);
                 let with = draw(renderer.as_ref(), &skipping, &frame);
@@ -182,7 +182,7 @@ fn turn_of(drawn: usize) -> usize {
     (drawn + drawn / RENDERERS.len() + drawn / 64) % RENDERERS.len()
 }
 
-/// A decoded frame that counts how often it is read.
+/// A decoded frame that counts reads.
 struct Counted {
     frame: DecodedFrame,
     reads: AtomicU64,
@@ -221,13 +221,13 @@ fn what_is_skipped_is_not_read() {
                 voxels.reads.load(Ordering::Relaxed)
             };
             let (all, some) = (reads(&view), reads(&skipping(&view, macrocells.clone())));
-            // Straight through the middle most of a ray's way is not empty.
+            // Straight through the middle, most of a ray is not empty.
             assert!(some > 0 && 2 * some < all, "{label} {camera:?}: {some} of {all}");
         }
     }
 }
 
-/// Voxels ten million times as long as wide, empty: a ray along them ends, however many samples it has.
+/// Empty voxels, ten million times as long as wide: a ray along them ends, for any number of samples.
 #[test]
 fn rays_through_any_spacing_end() {
     let long = spaced(&floats([3, 3, 64], |_| 0.0), [1.0, 1.0, 1e7]);
@@ -240,8 +240,8 @@ fn rays_through_any_spacing_end() {
     }
 }
 
-/// The twins: macrocells that say too little are noticed. The volume's one hot voxel is missing from them, or they have
-/// no apron and it lies just beyond.
+/// The twins: macrocells that show too little are detected. They miss the volume's one high voxel, or they have no
+/// apron and it lies just outside.
 #[test]
 fn macrocells_that_say_too_little_change_pictures() {
     let bright =
@@ -276,7 +276,7 @@ fn macrocells_that_say_too_little_change_pictures() {
     }
 }
 
-/// Decodes the apron of a macrocell as the macrocell's own nearest voxels.
+/// Decodes the apron of a macrocell as the nearest voxels of the macrocell itself.
 struct Unaproned<'a>(&'a dyn Decoder);
 
 impl fmt::Debug for Unaproned<'_> {
@@ -314,7 +314,7 @@ impl Decoder for Unaproned<'_> {
     }
 }
 
-/// Holds every value of a level to the ranges of all macrocells within reach of it; returns how many these are.
+/// Checks every value of a level against the ranges of all macrocells within reach. Returns the number of checks.
 fn held(decoder: &dyn Decoder, stages: u8, name: &str) -> usize {
     let (stop, level) = (AtomicBool::new(false), Level { stages, ..Level::FULL });
     let ranges = MacrocellRanges::decode(decoder, FrameIndex::FIRST, level, &stop).unwrap().unwrap();
@@ -337,7 +337,7 @@ fn held(decoder: &dyn Decoder, stages: u8, name: &str) -> usize {
     values
 }
 
-/// A few values of a setting, from one end of what it allows to the other, the cheap side of an open one.
+/// A few values of a setting, from one end of its range to the other. For an open range, its cheap side.
 fn values_of(setting: &Setting) -> Vec<SettingValue> {
     let block = |size: String| SettingValue::Text(size);
     match setting.kind {
@@ -359,7 +359,7 @@ fn values_of(setting: &Setting) -> Vec<SettingValue> {
     }
 }
 
-/// Every value that a codec decodes lies in the ranges of all macrocells within reach of it, at each of its levels.
+/// Every decoded value of a codec lies in the ranges of all macrocells within reach, at each level.
 #[test]
 fn ranges_hold_every_decoded_value() {
     let names = Names::new().unwrap();
@@ -370,7 +370,7 @@ fn ranges_hold_every_decoded_value() {
             for sample in [SampleType::U8, SampleType::I16, SampleType::F32] {
                 let mut settings = Settings::default();
                 settings.set(setting.unwrap().name, choice.clone());
-                let settings = settings.complete(codec.info()).unwrap();
+                let settings = codec.info().complete(&settings).unwrap();
                 let decoder = opened(codec.as_ref(), &settings, &varied([19, 8, 25], sample, 1));
                 for stages in (1..codec.stages(&settings)).chain([Level::ALL_STAGES]) {
                     let name = format!("{settings} {sample}, stages {stages}");

@@ -1,8 +1,8 @@
-//! What a run records of cells that skip empty macrocells.
+//! The records of cells that skip empty macrocells.
 
-use cvr::experiment::merge::identity;
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::identity::cell::of_record as identity;
+use cvr::experiment::records::record::{Record, Status};
 
 use super::folder::Folder;
 use super::volumes::floats;
@@ -57,7 +57,7 @@ fn a_run_records_what_skipping_gains_and_that_it_changes_nothing() {
         assert_eq!((own, without.skipping_mismatches, without.macrocell_seconds), ([None; 3], None, None));
         assert!(with.skipping_gain.unwrap() > 0.0 && with.skipping_gain_iqr.unwrap() >= 0.0);
         assert!(with.macrocell_seconds.unwrap() > 0.0);
-        // Four macrocells along x, of which the first shows.
+        // Of four macrocells along x, only the first shows.
         let empty = if with.scene == "whole" { 0.0 } else { 0.75 };
         assert_eq!(with.empty_macrocells, Some(empty));
         assert_eq!(without.codec_image_psnr_db, with.codec_image_psnr_db);

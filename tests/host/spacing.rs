@@ -1,4 +1,4 @@
-//! Voxels that are no cubes are drawn as what they are.
+//! Voxels that are not cubes are drawn in their true shape.
 
 use cvr_core::volume::DenseVolume;
 
@@ -25,7 +25,7 @@ const SCENE: [&str; 12] = [
     "--filter",
 ];
 
-/// Width and height of what is drawn, in pixels.
+/// Width and height of the visible part, in pixels.
 fn bounds(folder: &Folder, arguments: &[&str]) -> [u32; 2] {
     folder.cvr(&[arguments, &SCENE, &["nearest"]].concat()).exits(0);
     let picture = image::open(folder.path("v.png")).unwrap().to_rgb8();

@@ -1,9 +1,10 @@
-//! The stability atlas: what `cvr stability --quick` measures, all of it; runs that stop and go on; a codec that lies.
+//! The stability atlas: all measurements of `cvr stability --quick`; runs that stop and resume; a codec that breaks its
+//! promise.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use cvr::experiment::folder::{Existing, OutFolder};
+use cvr::experiment::files::folder::{Existing, OutFolder};
 use cvr::registry::codecs;
 use cvr::stability::atlas::Atlas;
 use cvr::stability::claim::claim;
@@ -33,7 +34,7 @@ generations = 2
 encoder_subjects = ["noise"]
 "#;
 
-/// A plan over some subjects and codecs of the program, smaller than anyone would measure them.
+/// A plan over some subjects and codecs, smaller than a useful measurement.
 fn plan(subjects: &[&str], ids: &[&str]) -> Plan {
     let text = format!("subjects = {subjects:?}\n{CONFIG}");
     let ids: Vec<String> = ids.iter().map(|id| (*id).to_owned()).collect();
@@ -164,7 +165,7 @@ impl Codec for Liar {
 
     fn encoder(&self, _: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
         let settings: Settings = [("bits".to_owned(), SettingValue::from("8"))].into_iter().collect();
-        Ok(Box::new(LiarsEncoder(self.0.encoder(&settings.complete(self.info())?)?)))
+        Ok(Box::new(LiarsEncoder(self.0.encoder(&self.info().complete(&settings)?)?)))
     }
 
     fn decoder(&self, volume: std::sync::Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {

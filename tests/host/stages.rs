@@ -1,8 +1,8 @@
-//! Levels of a codec that refines in stages, from the configuration to the record.
+//! Levels of a codec with stages, from the configuration to the record.
 
-use cvr::experiment::merge::identity;
-use cvr::experiment::record::{Record, Status};
-use cvr::experiment::results::Results;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::identity::cell::of_record as identity;
+use cvr::experiment::records::record::{Record, Status};
 
 use super::folder::Folder;
 
@@ -48,7 +48,7 @@ fn every_level_is_decoded_drawn_and_measured_by_itself() {
         assert_eq!(cells.len(), 8);
         for cell in &cells {
             assert_eq!((cell.status, cell.error_bound), (Status::Ok, None), "the bound is for all stages");
-            // The sites draw the same level, and skipping leaves it as it is.
+            // The sites draw the same level, and skipping does not change it.
             assert_eq!(cell.psnr_db, cells[0].psnr_db);
             assert_eq!(cell.image_psnr_db, cells[0].image_psnr_db, "{} {}", cell.site, cell.filter);
             assert!(!cell.skipping || cell.skipping_mismatches == Some(0));

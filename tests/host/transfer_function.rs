@@ -1,4 +1,4 @@
-//! Transfer functions as a user writes them, to the picture: narrow peaks, steps, and what is refused.
+//! Transfer functions, from the configuration to the picture: narrow peaks, steps, and refusals.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ fn constant(value: u16) -> DenseVolume {
     DenseVolume::new(layout, Samples::U16(vec![value; 512])).unwrap()
 }
 
-/// The middle of a picture, and how many pixels are not black.
+/// The middle of a picture, and its number of pixels that are not black.
 fn seen(folder: &Folder, volume: &str, function: &str) -> ([u8; 3], usize) {
     let args =
         ["render", volume, "a.png", "--size", "48x48", "--device", "cpu", "--transfer-function", function];

@@ -35,7 +35,7 @@ pub fn computed(generator: Generator, size: [u32; 3], sample: SampleType) -> Den
     seeded(generator, size, sample, 1)
 }
 
-/// A computed volume of a seed.
+/// A computed volume with a seed.
 pub fn seeded(generator: Generator, size: [u32; 3], sample: SampleType, seed: u64) -> DenseVolume {
     generate(generator, Extent::try_from(size).unwrap(), sample, seed).unwrap()
 }

@@ -1,20 +1,20 @@
-//! The 64 bits of a block, and the levels that its endpoints span.
+//! The 64 bits of a block, and the levels between its endpoints.
 
 /// Edge of a block in voxels, along x and along y.
 pub const EDGE: u32 = 4;
 /// Voxels of a block.
 pub const TEXELS: usize = 16;
-/// Levels are counted in this fraction of a code: what sevenths and fifths have in common.
+/// Parts per code. Levels are counted in parts, because 35 is a multiple of 7 and 5.
 pub const PARTS: u32 = 35;
 /// The highest level: code 255.
 pub const TOP: i16 = 255 * PARTS as i16;
 
-/// Two endpoints; their order is the mode: eight levels where the first is larger, else six, 0 and 255.
+/// Two endpoints. Their order selects the mode: if the first is larger, eight levels; else six levels, and 0 and 255.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Ends(pub [u8; 2]);
 
 impl Ends {
-    /// What the eight indices stand for, in parts of a code ([`PARTS`]), 0 to [`TOP`].
+    /// The levels of the eight indices, in parts of a code ([`PARTS`]), 0 to [`TOP`].
     #[must_use]
     pub fn levels(self) -> [i16; 8] {
         let [first, second] = self.0.map(i16::from);
@@ -35,8 +35,8 @@ impl Ends {
         self.0[0] <= self.0[1]
     }
 
-    /// How far index `i` lies from the first endpoint to the second, in sevenths, or in fifths where there are extremes;
-    /// `None` for an extreme.
+    /// Position of index `i` from the first endpoint to the second, in sevenths, or in fifths in the mode with
+    /// extremes. `None` for an extreme.
     #[must_use]
     pub const fn share(self, i: u8) -> Option<i64> {
         let whole = if self.has_extremes() { 5 } else { 7 };
@@ -49,8 +49,7 @@ impl Ends {
     }
 }
 
-/// A block as two words, the first four bytes in the first, each little-endian: the endpoints in the low 16 bits, and
-/// behind them three bits for each voxel, x fastest.
+/// A block as two words, little-endian. The low 16 bits hold the endpoints. Three bits per voxel follow, x fastest.
 #[must_use]
 pub fn pack(ends: Ends, indices: &[u8; TEXELS]) -> [u32; 2] {
     let ends = u64::from(ends.0[0]) | u64::from(ends.0[1]) << 8;
@@ -63,7 +62,7 @@ pub fn pack(ends: Ends, indices: &[u8; TEXELS]) -> [u32; 2] {
 mod tests {
     use super::*;
 
-    /// The figures of the extension's text, in thirty-fifths.
+    /// The values of the extension's text, in thirty-fifths.
     #[test]
     fn levels_are_sevenths_or_fifths() {
         assert_eq!(Ends([70, 0]).levels(), [2450, 0, 2100, 1750, 1400, 1050, 700, 350]);

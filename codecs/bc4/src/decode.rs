@@ -1,5 +1,5 @@
-//! One voxel out of its block: the twin of decode.wgsl, function for function, but that blocks are found by the kit here. This
-//! one defines the codec.
+//! Decodes one voxel of a block. The twin of decode.wgsl, function for function, except that the kit finds the block
+//! here. This code defines the codec.
 
 use crate::Scale;
 use crate::block::PARTS;
@@ -15,11 +15,11 @@ pub const fn index(words: [u32; 2], texel: u32) -> u32 {
     if bit >= 32 {
         return (words[1] >> (bit - 32)) & 7;
     }
-    // The sixth lies in both words; of the others, what comes from the second is masked.
+    // The sixth index lies in both words. For the others, the mask removes the bits of the second word.
     ((words[0] >> bit) | (words[1] << (32 - bit))) & 7
 }
 
-/// Level of an index of a block, in parts of a code ([`PARTS`]); an exact integer.
+/// Level of an index of a block, in parts of a code ([`PARTS`]). An exact integer.
 #[must_use]
 #[inline]
 pub const fn level(words: [u32; 2], index: u32) -> u32 {
@@ -37,8 +37,8 @@ pub const fn level(words: [u32; 2], index: u32) -> u32 {
     ((whole - share) * first + share * second) * (PARTS / whole)
 }
 
-/// Value of a level, in data units: the float tail of the codec. A level that is a code is the same as that code of 8
-/// bits in every bit.
+/// Value of a level, in data units. This is the codec's only floating-point code. A level that is a whole code has
+/// exactly that code's 8-bit value.
 #[must_use]
 #[inline]
 pub fn value(scale: &Scale, level: u32) -> f32 {
@@ -60,8 +60,8 @@ mod tests {
 
     const NATIVE: Scale = Scale { offset: 0.0, step: 1.0, high: 255.0 };
 
-    /// Every pair of endpoints: every level is the integer that the encoder counts with, its value rounded twice at most,
-    /// and in no bit another where it is a code.
+    /// For every pair of endpoints, every level equals the encoder's integer. Its value is rounded at most twice, and a
+    /// level that is a whole code has exactly its value.
     #[test]
     fn levels_are_those_of_the_encoder() {
         let indices = std::array::from_fn(|i| (i % 8) as u8);

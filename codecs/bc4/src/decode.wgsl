@@ -1,5 +1,5 @@
-// One voxel out of its block: the twin of decode.rs, function for function. It brings a fetch and a cell of its own, since the
-// kit's fetches the words of a block for every corner of a cell.
+// Decodes one voxel of a block. The twin of decode.rs, function for function. It has a fetch and a cell of its own,
+// because the kit's cell would read the words of a block for every corner.
 //
 // Constants: bc4_grid (vec3<u32>: blocks along x and y, slices), bc4_channels, bc4_offset, bc4_step, bc4_high,
 // bc4_part. Resource: bc4_blocks.

@@ -1,7 +1,7 @@
-//! BC4, known as RGTC1 too: 4×4 blocks of a slice, each of two 8-bit endpoints and a 3-bit index per voxel.
+//! BC4 (RGTC1): blocks of 4×4 voxels of a slice. Each has two 8-bit endpoints and a 3-bit index per voxel.
 //!
-//! The blocks are those that texture units decode: where a device has them in 3-D textures, the site *host* uploads the
-//! stream as it is. The stream, the arithmetic and the sources stand in this crate's README.md.
+//! Texture units can decode these blocks. If a device supports them in 3-D textures, the site *host* uploads the stream
+//! unchanged. This crate's README.md specifies stream, arithmetic and sources.
 
 pub mod block;
 pub mod decode;

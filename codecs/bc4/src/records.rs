@@ -1,4 +1,4 @@
-//! BC4 as a codec of blocks: a block is a record of two words.
+//! BC4 as a codec of blocks. A block is a record of two words.
 
 use std::borrow::Cow;
 
@@ -16,17 +16,17 @@ use crate::decode::{PART, index, level, value, voxel};
 use crate::scale::{Parameters, Scale, checked};
 use crate::search::{Quality, encode_block};
 
-/// Texels of 16 bits for each part of a code: as many as fit.
+/// Texel values of 16 bits per part of a code: the largest number that fits.
 const TEXELS_PER_PART: u32 = 65535 / (255 * PARTS);
 
 /// How blocks are coded.
 #[derive(Copy, Clone, Debug)]
 pub struct Records {
-    /// How endpoints are found; a decoder does not ask.
+    /// How endpoints are found. The decoder does not use it.
     quality: Quality,
     /// Values of the codes 0 and 255.
     range: ValueRange,
-    /// What codes mean: the scale over the range.
+    /// Conversion between codes and values of the range.
     scale: Scale,
 }
 
@@ -46,7 +46,7 @@ impl BlockCodec for Records {
         Ok(Self::over(quality, ValueRange { min: 0.0, max: 255.0 }))
     }
 
-    /// Of 4×4 voxels of one slice.
+    /// Blocks of 4×4 voxels of one slice.
     fn block(&self) -> Block {
         Block(Extent::new(EDGE, EDGE, 1).unwrap_or(Extent::ONE))
     }
@@ -55,7 +55,7 @@ impl BlockCodec for Records {
         2
     }
 
-    /// Samples of 8 bits are their own codes; the codes of others lie over the range of the volume.
+    /// Samples of 8 bits are their own codes. For other types, codes cover the volume's range.
     fn measure(&mut self, source: &dyn BrickSource, run: &Progress<'_>) -> Result<(), EncodeError> {
         let range = match Scale::native(source.layout().sample) {
             Some(range) => range,
@@ -96,14 +96,14 @@ impl BlockCodec for Records {
             .into()
     }
 
-    /// Of the product of three factors and the sum, a fused multiply-add or another order saves or adds two roundings,
-    /// each half a unit of at most twice the magnitude; twice that.
+    /// A fused multiply-add or another order of the product of three factors and the sum changes two roundings. Each is
+    /// half a unit of at most twice the magnitude. The bound is twice that.
     fn agreement(&self) -> Agreement {
         Agreement::Ulp(4)
     }
 
-    /// By its endpoints, and the value of code 0: what rounding makes of `offset + step · code` is no larger than the two
-    /// allow.
+    /// The range of the endpoints and the value of code 0, because the rounding of `offset + step · code` depends on
+    /// both magnitudes.
     fn range(&self, record: &[u32]) -> ValueRange {
         let words = [record[0], record[1]];
         let ends = Ends([words[0] as u8, (words[0] >> 8) as u8]);
@@ -128,7 +128,7 @@ impl BlockCodec for Records {
         if self.scale.step == 0.0 {
             return DecodedForm::FLOAT32;
         }
-        // A whole number of texels for each seventh and each fifth of a code.
+        // Every seventh and every fifth of a code is a whole number of texel values.
         let per_code = f64::from(TEXELS_PER_PART * PARTS);
         let scale = (f64::from(self.scale.step) * 65535.0 / per_code) as f32;
         DecodedForm { format: TexelFormat::Unorm16, scale, offset: self.scale.offset }

@@ -1,4 +1,4 @@
-//! From data to codes and back.
+//! Conversion between data and codes.
 
 use cvr_core::volume::{SampleType, ValueRange};
 use serde::{Deserialize, Serialize};
@@ -13,8 +13,8 @@ pub struct Parameters {
     pub range: ValueRange,
 }
 
-/// Smallest step between two codes of wide samples, 2^-100: below it a device that flushes subnormals would lose whole
-/// steps.
+/// Smallest step between two codes of wide samples: 2^-100. With a smaller one, a device that flushes subnormals would
+/// lose whole steps.
 const SMALLEST_STEP: f64 = 1.0 / (1_u128 << 100) as f64;
 
 /// A range over which codes can be spread.
@@ -35,25 +35,25 @@ pub fn checked(range: ValueRange) -> Result<ValueRange, String> {
     Ok(range)
 }
 
-/// How codes become values: `min(offset + step · code, high)`.
+/// Conversion of codes to values: `min(offset + step · code, high)`.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Scale {
     /// Value of code 0, in data units.
     pub offset: f32,
-    /// Data units per code; 0 where the volume has one value.
+    /// Data units per code. 0 if the volume has a single value.
     pub step: f32,
     /// No value exceeds this.
     pub high: f32,
 }
 
 impl Scale {
-    /// The scale whose codes 0 and 255 are the ends of a range.
+    /// The scale that maps codes 0 and 255 to the ends of a range.
     #[must_use]
     pub fn over(range: ValueRange) -> Self {
         Self { offset: range.min, step: (range.span() / 255.0) as f32, high: range.max }
     }
 
-    /// The range over which samples of 8 bits are their own codes; of others, that of the volume is taken.
+    /// The range in which samples of 8 bits are their own codes. `None` for other types, which use the volume's range.
     #[must_use]
     pub fn native(sample: SampleType) -> Option<ValueRange> {
         let (low, high) = sample.integer_range().filter(|(low, high)| high - low == 255)?;

@@ -1,16 +1,16 @@
-//! The endpoints of a block: its range, or those of least squared error.
+//! The endpoints of a block: its range, or those with the least squared error.
 //!
-//! All of it is integers, in parts of a code, so that the same block gets the same endpoints everywhere; of endpoints
-//! that are equally good those that were tried first are kept, and of levels equally near the lowest index.
+//! All arithmetic is on integers, in parts of a code, so a block gets the same endpoints on every machine. Of equally
+//! good endpoints, those tried first are kept. Of equally near levels, the lowest index is kept.
 
 use crate::block::{Ends, PARTS, TEXELS, TOP, pack};
 
 /// How endpoints are found.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Quality {
-    /// Minimum and maximum of the block, in the mode of eight levels.
+    /// Minimum and maximum of the block, in the mode with eight levels.
     Range,
-    /// Least squares from several beginnings in both modes, then every pair of endpoints around the best.
+    /// Least squares from several starts in both modes, then every pair of endpoints around the best.
     Search,
 }
 
@@ -55,7 +55,7 @@ fn bounds(wanted: impl Iterator<Item = i16>) -> Option<(i16, i16)> {
     })
 }
 
-/// Squared error of a block whose voxels take their nearest levels: at most 16 · 8925², which 32 bits hold.
+/// Squared error of a block with nearest levels. It is at most 16 · 8925², which fits into 32 bits.
 fn squared_error(wanted: &Wanted, levels: &[i16; 8]) -> u32 {
     let mut nearest = [i16::MAX; TEXELS];
     for level in levels {
@@ -82,12 +82,12 @@ struct Best<'a> {
 }
 
 impl Best<'_> {
-    /// The better of two; the first, if they are equally good.
+    /// The better of two. The first if they are equally good.
     fn or(self, other: Self) -> Self {
         if other.error < self.error { other } else { self }
     }
 
-    /// Whether these endpoints are better than the best; they are the best then.
+    /// Whether these endpoints are better than the best. If so, they become the best.
     fn improves(&mut self, ends: Ends) -> bool {
         let error = squared_error(self.wanted, &ends.levels());
         let better = error < self.error;
@@ -98,8 +98,8 @@ impl Best<'_> {
     }
 }
 
-/// From the range and from narrower ones in the mode of eight levels; then in that of six, with voxels near 0 and 255
-/// left to the extremes.
+/// Starts from the range and from narrower ranges in the mode with eight levels. Then, in the mode with six, it leaves
+/// voxels near 0 and 255 to the extremes.
 fn search(wanted: &Wanted, range: Ends) -> Ends {
     let mut best = in_mode(wanted, range);
     let [high, low] = range.0;
@@ -124,7 +124,7 @@ fn search(wanted: &Wanted, range: Ends) -> Ends {
     best.ends
 }
 
-/// The best endpoints of the mode of `begin`, as far as they are found from there.
+/// The best endpoints found from `begin`, in its mode.
 fn in_mode(wanted: &Wanted, begin: Ends) -> Best<'_> {
     let mut best = Best { wanted, ends: begin, error: squared_error(wanted, &begin.levels()) };
     while best.error > 0 && fit(&mut best) {}
@@ -132,12 +132,12 @@ fn in_mode(wanted: &Wanted, begin: Ends) -> Best<'_> {
     best
 }
 
-/// Least squares for the indices that the best endpoints give; of the codes around the solution those are taken that
-/// are better. Whether there were any.
+/// Solves least squares for the indices of the best endpoints, and tries the codes around the solution. Returns whether
+/// one of them was better.
 fn fit(best: &mut Best<'_>) -> bool {
     let ends = best.ends;
     let whole = if ends.has_extremes() { 5 } else { 7 };
-    // Of the sums over voxels: products of the shares of both endpoints, and of each with the wanted level.
+    // Sums over voxels: products of the weights of the two endpoints, and of each weight with the wanted level.
     let (mut aa, mut ab, mut bb, mut aw, mut bw) = (0_i64, 0_i64, 0_i64, 0_i64, 0_i64);
     for (index, wanted) in nearest(best.wanted, &ends.levels()).into_iter().zip(best.wanted) {
         let Some(b) = ends.share(index) else { continue };
@@ -161,7 +161,7 @@ fn fit(best: &mut Best<'_>) -> bool {
     better
 }
 
-/// Every pair of codes no more than two from the best.
+/// Tries every pair of codes at most two away from the best.
 fn around(best: &mut Best<'_>) -> bool {
     let centre = best.ends;
     let [first, second] = centre.0.map(i64::from);
@@ -172,7 +172,7 @@ fn around(best: &mut Best<'_>) -> bool {
     better
 }
 
-/// These codes as endpoints, if they are such of the same mode.
+/// These codes as endpoints, if they are valid and in the same mode.
 fn same_mode(of: Ends, codes: [i64; 2]) -> Option<Ends> {
     let ends = Ends([u8::try_from(codes[0]).ok()?, u8::try_from(codes[1]).ok()?]);
     (ends.has_extremes() == of.has_extremes()).then_some(ends)
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn voxels_take_the_lowest_of_equally_near_levels() {
-        // Between 10 and 0, both of which are endpoints; the step between levels is 50 parts.
+        // Between 10 and 0, which are both endpoints. The step between levels is 50 parts.
         let levels = Ends([10, 0]).levels();
         assert_eq!(nearest(&[325; TEXELS], &levels)[0], 0);
         assert_eq!(nearest(&[25; TEXELS], &levels)[0], 1);

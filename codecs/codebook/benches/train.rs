@@ -1,4 +1,4 @@
-//! Time of the parts of training, on vectors that need no file: `cargo bench -p cvr-codebook`.
+//! Time of the steps of training, on generated vectors: `cargo bench -p cvr-codebook`.
 
 #![allow(missing_docs, reason = "criterion's macros write functions")]
 
@@ -12,7 +12,7 @@ use cvr_core::volume::ValueRange;
 
 const VECTORS: usize = 1 << 14;
 
-/// Blocks of `edge`³ voxels out of crossing waves, in 0..256.
+/// Blocks of `edge`³ voxels of crossing waves, with values in 0..256.
 fn waves(edge: usize) -> Vectors {
     let value = |p: [f32; 3]| {
         let [x, y, z] = p;

@@ -1,7 +1,8 @@
 //! Trains a codebook on vectors from a file, for comparison with other programs (docs/benchmarks/codebook.py).
 //!
-//! `train VECTORS OUT DIMENSION SIZE BITS GAIN ROUNDS integers|reals [pca|pnn|scalar|random]`: VECTORS holds little-endian singles, OUT receives
-//! the codewords as such. One line of JSON tells CPU and wall seconds, rounds, size and mean squared error per component.
+//! `train VECTORS OUT DIMENSION SIZE BITS GAIN ROUNDS integers|reals [pca|pnn|scalar|random]`: VECTORS holds
+//! little-endian singles. OUT receives the codewords in the same form. One line of JSON gives CPU and wall seconds,
+//! rounds, size and mean squared error per component.
 
 use std::error::Error;
 use std::time::{Duration, Instant};
@@ -48,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// CPU time of this process, all threads together.
+/// CPU time of this process, over all threads.
 fn cpu_time() -> Duration {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)

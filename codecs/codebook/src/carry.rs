@@ -1,16 +1,16 @@
-//! Nearest codewords carried from round to round: the outcome is that of a [`Search`], most of which is left out because
-//! bounds prove it idle.
+//! Nearest codewords carried from round to round. The result equals that of a [`Search`], but bounds make most of the
+//! search unnecessary.
 //!
-//! Of every vector three things are known: the codeword that was its nearest, its distance `u` from where that codeword is
-//! now, and a distance `l` that all other codewords kept (Hamerly 2010). With the distances between codewords,
+//! For every vector three things are known: its former nearest codeword, the distance `u` to that codeword's new place,
+//! and a lower bound `l` of the distances to all other codewords (Hamerly 2010). With the distances between codewords,
 //!
 //! * a codeword farther than 2u from the vector's own cannot be nearer (Elkan 2003, lemma 1);
-//! * of those within, each has moved by no more than the farthest-moved of *them*: while `u < l − that`, none of them is
-//!   nearer. Codewords that moved far, or are new, disturb the cells about them and no others.
+//! * each codeword within 2u has moved by at most the largest move of *these*: while `u < l − that`, none of them is
+//!   nearer. Codewords that moved far, or are new, affect only the cells around them.
 //!
-//! What these leave open is scored cell by cell ([`crate::scores`]), in coordinates about the cell's codeword and against
-//! the codewords within 2u alone: distances, and so the bound of rounding, are small there. Bounds are widened by
-//! [`SLACK`], far beyond the rounding of a sum in double precision, and ties are never settled by a bound.
+//! The remaining vectors are scored cell by cell ([`crate::scores`]), in coordinates relative to the cell's codeword,
+//! and only against the codewords within 2u. Distances are small there, and so is the rounding bound. Bounds are
+//! widened by [`SLACK`], far beyond the rounding of a sum in double precision. Bounds never decide ties.
 
 use rayon::prelude::*;
 
@@ -26,10 +26,10 @@ const SLACK: f64 = 1e-9;
 const CELLS: usize = 16;
 /// Scores of one matrix product: 256 KiB.
 const SCORES: usize = 1 << 16;
-/// Vectors in a matrix product where there are so many codewords that scores fill more.
+/// Least number of vectors in a matrix product, even if scores of many codewords then fill more.
 const LEAST_ROWS: usize = 32;
 
-/// What one codeword of a former round has become.
+/// The fate of a codeword of the former round.
 #[derive(Copy, Clone, Debug)]
 pub struct Step {
     /// Its index now.
@@ -38,7 +38,7 @@ pub struct Step {
     pub moved: bool,
 }
 
-/// What is known of one vector.
+/// Knowledge about one vector.
 #[derive(Copy, Clone, Debug)]
 struct Known {
     nearest: Nearest,
@@ -46,7 +46,7 @@ struct Known {
     others: f64,
 }
 
-/// What is known of all vectors.
+/// Knowledge about all vectors.
 #[derive(Clone, Debug)]
 pub struct Carried {
     /// Codeword and squared distance.
@@ -63,7 +63,7 @@ struct Reach {
     closest: f64,
     /// None beyond the reach is nearer.
     beyond: f64,
-    /// The farthest way that one of those within has moved.
+    /// The largest move of the codewords within reach.
     drift: f64,
 }
 
@@ -82,18 +82,18 @@ pub struct Round<'a> {
     vectors: &'a Vectors,
     search: Search<'a>,
     codebook: &'a Codebook,
-    /// How far each codeword has moved; infinity for one that is new.
+    /// The move of each codeword. Infinity for a new one.
     moves: &'a [f64],
 }
 
 impl Carried {
-    /// From a search among all codewords.
+    /// From a search over all codewords.
     pub fn searched(vectors: &Vectors, codebook: &Codebook) -> Self {
         let nearest = Search::new(codebook, None).all(vectors);
         Self { others: vec![0.0; nearest.len()], nearest }
     }
 
-    /// From any codeword for each vector, as close as can be.
+    /// From any codeword for each vector. Near ones save time.
     pub fn guessed(vectors: &Vectors, codebook: &Codebook, indices: &[u32]) -> Self {
         let nearest = indices.iter().map(|index| Nearest { index: *index, distance: 0.0 }).collect();
         let mut carried = Self { nearest, others: vec![0.0; indices.len()] };
@@ -103,9 +103,9 @@ impl Carried {
         carried
     }
 
-    /// Nearest codewords after a round. `cells` are those of the former codebook, `steps` tell what became of each of its
-    /// codewords that has members, `moves` how far each of `codebook` has moved. Returns which codewords lost or won a
-    /// vector.
+    /// Nearest codewords after a round. `cells` are the cells of the former codebook. `steps` gives the fate of each
+    /// former codeword with members. `moves` holds the move of each codeword of `codebook`. Returns which codewords
+    /// lost or won a vector.
     pub fn advance(
         &mut self,
         vectors: &Vectors,
@@ -145,7 +145,7 @@ impl Carried {
 }
 
 impl Round<'_> {
-    /// The members of a cell: nearest codewords, and how far the others are at least.
+    /// The members of a cell: nearest codewords, and lower bounds of the distances to the others.
     fn cell(
         &self,
         carried: &Carried,
@@ -180,7 +180,7 @@ impl Round<'_> {
             found.push(Known { nearest, others: others.min(reach.beyond - distance) });
         }
         if open.len() > 2 * ROWS {
-            // Those of like distance together, so that a block reaches no farther than it must.
+            // Sorted by distance, so that a block of vectors needs no larger radius than necessary.
             open.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.place.cmp(&b.place)));
         }
         let mut settled = Vec::with_capacity(open.len());
@@ -200,7 +200,7 @@ impl Round<'_> {
         found
     }
 
-    /// `apart` are squared distances between codewords, in spans, which are no larger than they truly are.
+    /// `apart` are squared distances between codewords, in spans. They are lower bounds.
     fn reach(&self, middle: u32, apart: &[f32], radius: f64) -> Reach {
         let span = self.search.span();
         let limit = (radius / span).powi(2) * (1.0 + 1e-6);
@@ -229,7 +229,7 @@ impl Round<'_> {
         })
     }
 
-    /// Members of one cell that bounds leave open, at most [`ROWS`].
+    /// At most [`ROWS`] members of one cell that bounds do not decide.
     fn block(
         &self,
         middle: u32,
@@ -267,7 +267,7 @@ impl Round<'_> {
         }
     }
 
-    /// The nearest of the codewords, and a score that none of the others truly lies below.
+    /// The nearest codeword, and a lower bound of the scores of all others.
     #[inline(always)]
     fn settle(&self, o: &Open, indices: &[u32], middle: u32, scores: &[f32], margin: f32) -> (Nearest, f32) {
         let [lowest, second] = two_lowest(scores);
@@ -304,7 +304,7 @@ struct Scratch {
     scores: Vec<f32>,
 }
 
-/// Codewords about another one, doubled with negative sign, then the squared norm; returns the largest norm.
+/// Codewords relative to another one, times −2, followed by the squared norm. Returns the largest norm.
 #[inline(always)]
 fn local_codewords(
     codebook: &Codebook,

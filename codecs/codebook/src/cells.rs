@@ -6,9 +6,9 @@ use crate::{Nearest, Vectors};
 /// The vectors of each codeword.
 #[derive(Clone, Debug)]
 pub struct Cells {
-    /// Numbers of vectors, ascending within a cell, cell after cell.
+    /// Indices of vectors, ascending within a cell, cell after cell.
     order: Vec<u32>,
-    /// Where each cell begins, and the end.
+    /// Start of each cell, and the end of the last.
     starts: Vec<usize>,
 }
 

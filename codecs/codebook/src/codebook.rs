@@ -1,4 +1,4 @@
-//! Codewords as they are stored, and as they decode.
+//! Codewords in stored and decoded form.
 
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ pub struct Codebook {
 }
 
 impl Codebook {
-    /// The codewords nearest to `vectors` (one after the other), equal ones kept once, where the first stood.
+    /// The codewords nearest to `vectors` (which are concatenated). Of equal codewords the first is kept.
     ///
     /// # Panics
     /// When `vectors` is no whole number of vectors.
@@ -128,7 +128,7 @@ impl Codebook {
         kept
     }
 
-    /// Bits of an index: the fewest that tell all codewords apart, at least one.
+    /// Bits of an index: the fewest that distinguish all codewords, at least one.
     #[must_use]
     pub fn index_bits(&self) -> u32 {
         index_bits(self.size())

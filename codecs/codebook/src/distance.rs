@@ -1,6 +1,6 @@
-//! Squared distances in double precision, summed in a fixed order: what decides wherever single precision is not enough.
+//! Squared distances in double precision, summed in a fixed order. They decide if single precision is not enough.
 
-/// `Σ (a − b)²` over the components that `mask` lets count; all of them without a mask.
+/// `Σ (a − b)²` over the components in `mask`, or over all without a mask.
 #[inline(always)]
 pub fn squared(a: &[f32], b: &[f32], mask: Option<&[bool]>) -> f64 {
     let term = |a: f32, b: f32| {

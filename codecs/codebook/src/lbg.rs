@@ -1,5 +1,5 @@
-//! LBG (Linde, Buzo and Gray 1980), with codewords that are quantised in every round: vectors choose among the
-//! codewords that a decoder will see.
+//! LBG (Linde, Buzo and Gray 1980). Codewords are quantised in every round, so vectors choose among the codewords that
+//! the decoder uses.
 
 use cvr_core::codec::{Cancelled, Progress};
 use std::collections::HashMap;
@@ -16,25 +16,25 @@ use crate::{Codebook, Nearest, Vectors};
 pub struct Stop {
     /// Rounds, at most.
     pub rounds: u32,
-    /// A round that lowers the distortion by no more than this part of it is the last.
+    /// Training stops after a round that lowers the distortion by at most this fraction.
     pub gain: f64,
 }
 
 /// What training yields.
 #[derive(Clone, Debug)]
 pub struct Trained {
-    /// The codewords; each is the nearest of some training vector.
+    /// The codewords. Each is nearest to some training vector.
     pub codebook: Codebook,
-    /// Weighted squared distance of the training vectors from their nearest codewords.
+    /// Weighted squared distance of the training vectors to their nearest codewords.
     pub distortion: f64,
-    /// Rounds taken, of codewords moved.
+    /// Number of rounds.
     pub rounds: u32,
 }
 
-/// Moves every codeword to the mean of the vectors that are nearest to it, round after round. Codewords that no vector
-/// is nearest to are dropped; in their place, up to `size`, comes the farthest vector of each of the cells of largest
-/// distortion, if a codeword there would be nearer. The distortion never rises. `cells` may tell which codeword of
-/// `first` is near to each vector: that saves time and changes nothing.
+/// Moves every codeword to the mean of its nearest vectors, round after round. Codewords without vectors are dropped.
+/// They are replaced, up to `size`, by the farthest vector of each cell of largest distortion, if a codeword there
+/// would be nearer. The distortion never rises. `cells` may give a codeword of `first` near each vector. It saves time
+/// and does not change the result.
 ///
 /// # Errors
 /// When `run` was cancelled.
@@ -83,16 +83,16 @@ pub fn refine(
 /// Codewords moved to the means of their cells.
 struct Moved {
     codebook: Codebook,
-    /// What became of each former codeword; of one without members, nothing that matters.
+    /// The fate of each former codeword. Undefined for one without members.
     steps: Vec<Step>,
-    /// How far each codeword has moved.
+    /// The move of each codeword.
     moves: Vec<f64>,
-    /// Codewords that took over the vectors of another.
+    /// Codewords that took over another one's vectors.
     united: Vec<u32>,
 }
 
 impl Moved {
-    /// A codeword moves where its cell `changed`; equal ones become one, where the first stood.
+    /// A codeword moves if its cell `changed`. Equal codewords become one, at the place of the first.
     fn new(codebook: &Codebook, cells: &Cells, vectors: &Vectors, changed: &[bool]) -> Self {
         let quantiser = codebook.quantiser();
         let codes = |k: usize| {
@@ -139,8 +139,8 @@ impl Moved {
     }
 }
 
-/// Fills the codebook up to `size` with vectors that are far from their codewords, one of each cell, cells of largest
-/// distortion first.
+/// Fills the codebook up to `size` with vectors far from their codewords, one per cell, cells of largest distortion
+/// first.
 fn fill(
     codebook: &mut Codebook,
     size: usize,

@@ -1,13 +1,12 @@
 //! Codebooks: the part that all vector quantisers share.
 //!
-//! [`Vectors`] with weights go in, a [`Codebook`] of codewords in 8 or 16 bits comes out of [`train`], and a
-//! [`Search`] finds the nearest codeword of any further vector. Every file holds one subject: drawing a training set
-//! ([`sample`]), a first codebook ([`init`]), its refinement ([`lbg`]), how codewords are stored ([`Quantiser`]). Blocks
-//! of a volume become vectors in [`blocks`], and indices become words in [`pack`].
+//! [`train`] turns weighted [`Vectors`] into a [`Codebook`] of codewords in 8 or 16 bits. A [`Search`] finds the
+//! nearest codeword of any further vector. Every file holds one subject: drawing a training set ([`sample`]), a first
+//! codebook ([`init`]), its refinement ([`lbg`]), storage of codewords ([`Quantiser`]). [`blocks`] turns blocks of a
+//! volume into vectors; [`pack`] turns indices into words.
 //!
-//! Results depend on the vectors and the settings alone: never on the number of threads, and not on the processor
-//! either, since products in single precision only propose codewords and sums in double precision, taken in a fixed
-//! order, decide.
+//! Results depend only on vectors and settings, not on the number of threads or the processor. Products in single
+//! precision only propose codewords. Sums in double precision, in a fixed order, decide.
 
 pub mod blocks;
 mod carry;

@@ -1,6 +1,6 @@
 //! Indices and codes into words, lowest bits first.
 
-/// Packs numbers of equal width one after the other; a number may lie in two words.
+/// Packs numbers of equal width without gaps. A number may span two words.
 #[derive(Debug)]
 pub struct BitPacker {
     bits: u32,
@@ -9,7 +9,7 @@ pub struct BitPacker {
 }
 
 impl BitPacker {
-    /// For numbers of `bits` bits, 1 to 32.
+    /// A packer for numbers of `bits` bits, 1 to 32.
     #[must_use]
     pub const fn new(bits: u32) -> Self {
         Self { bits, waiting: 0, filled: 0 }
@@ -27,7 +27,7 @@ impl BitPacker {
         }
     }
 
-    /// Ends a frame or table: what waits becomes a word.
+    /// Ends a frame or table: the unfinished word is written.
     pub fn flush(&mut self, words: &mut Vec<u32>) {
         if self.filled > 0 {
             words.push(self.waiting as u32);
@@ -36,8 +36,7 @@ impl BitPacker {
     }
 }
 
-/// Number `i` of numbers that are `bits` wide. The counterpart of [`BitPacker`], which every shader
-/// writes for itself.
+/// Number `i` of packed numbers with `bits` bits. The inverse of [`BitPacker`]. Each shader contains its own version.
 ///
 /// # Panics
 /// When there is no such number.
@@ -54,7 +53,7 @@ pub fn unpack(words: &[u32], bits: u32, i: usize) -> u32 {
     number & (((1_u64 << bits) - 1) as u32)
 }
 
-/// The first of `count` numbers that are `bits` wide which is `size` or more, by its place: an index that names no codeword.
+/// The first of `count` packed numbers that is `size` or more, with its position: an index without a codeword.
 ///
 /// # Panics
 /// When there are fewer numbers.
@@ -66,7 +65,7 @@ pub fn first_beyond(words: &[u32], bits: u32, count: usize, size: u32) -> Option
     (0..count).map(|i| (i, unpack(words, bits, i))).find(|(_, index)| *index >= size)
 }
 
-/// Least and largest code of each of `size` codewords of `dimension` codes that are `bits` wide.
+/// Least and largest code of each of `size` codewords. A codeword has `dimension` codes of `bits` bits.
 ///
 /// # Panics
 /// When there are fewer codes.

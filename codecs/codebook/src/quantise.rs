@@ -1,15 +1,15 @@
-//! How a codeword is stored: a code of 8 or 16 bits per component, an offset and a step for the whole codebook.
+//! Storage of codewords: a code of 8 or 16 bits per component, with one offset and step per codebook.
 
 use cvr_core::codec::{Agreement, DecodedForm, TexelFormat};
 use cvr_core::volume::ValueRange;
 
-/// Smallest step, 2^-100. Below it values come near the subnormals, which a device may flush.
+/// Smallest step: 2^-100. With a smaller one, values come near the subnormals, which a device may flush.
 const SMALLEST_STEP: f64 = 1.0 / (1_u128 << 100) as f64;
 
 /// `value = offset + step · code`.
 ///
-/// The step has at most 24 − `bits` significant bits, so that the product is exact in single precision and the sum is
-/// rounded once: a fused multiply-add yields the same number.
+/// The step has at most 24 − `bits` significant bits. So the product is exact in single precision, and the sum is
+/// rounded once. A fused multiply-add gives the same number.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Quantiser {
     bits: u32,
@@ -19,8 +19,8 @@ pub struct Quantiser {
 }
 
 impl Quantiser {
-    /// Codes of `bits` (8 or 16) bits over `range`. The step of `integers` is a power of two where the range allows
-    /// it without loss, so that every integer of the range has a code of its own.
+    /// Codes of `bits` (8 or 16) bits over `range`. For `integers` the step is a power of two if the range allows it
+    /// without loss, so every integer of the range has its own code.
     ///
     /// # Errors
     /// A sentence, when the range overflows single precision or its steps would lie below 2^-100.
@@ -58,7 +58,7 @@ impl Quantiser {
         Ok(quantiser)
     }
 
-    /// As a stream states it; `None` when these are no offset, step and width of a quantiser.
+    /// From the parameters of a stream. `None` if offset, step or width are invalid.
     #[must_use]
     pub fn of_stream(bits: u32, offset: f32, step: f32) -> Option<Self> {
         let normal = offset.is_finite() && !offset.is_subnormal() && step.is_normal() && step > 0.0;
@@ -100,30 +100,30 @@ impl Quantiser {
         code.clamp(0.0, f64::from(self.top)) as u16
     }
 
-    /// Value of a code: the only float expression of decoding.
+    /// Value of a code: the only floating-point expression of decoding.
     #[must_use]
     #[inline]
     pub fn value(self, code: u32) -> f32 {
         self.offset + self.step * code as f32
     }
 
-    /// Whether single precision holds every value without rounding, as it does for integers.
+    /// Whether single precision holds every value without rounding, as for integers.
     #[must_use]
     pub fn is_exact(self) -> bool {
         let exact = |code| f64::from(self.offset) + f64::from(self.step) * f64::from(code);
         (0..1 << self.bits).all(|code: u32| f64::from(self.value(code)) == exact(code))
     }
 
-    /// The texel of a codec whose decoded values are those of codes: the code itself.
+    /// The texel format for decoded values that are values of codes. The texel is the code.
     #[must_use]
     pub fn decoded_form(self) -> DecodedForm {
         let format = if self.bits == 8 { TexelFormat::Unorm8 } else { TexelFormat::Unorm16 };
         DecodedForm { format, scale: self.span(), offset: self.offset }
     }
 
-    /// How closely a shader follows [`Quantiser::value`]: the product is exact and the sum rounded once, so that a fused
-    /// multiply-add changes nothing. Where values are rounded, a texel that holds the code decodes by a sum of its own and
-    /// may meet the neighbouring number.
+    /// How closely a shader follows [`Quantiser::value`]. The product is exact and the sum rounded once, so a fused
+    /// multiply-add changes nothing. If values are rounded, a texel with the code is decoded by another sum and may
+    /// give the neighbouring number.
     #[must_use]
     pub fn agreement(self) -> Agreement {
         if self.is_exact() { Agreement::Exact } else { Agreement::Ulp(1) }
@@ -135,7 +135,7 @@ fn exponent(x: f64) -> i32 {
     ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
 
-/// 2^`e`, for the exponents of singles and of their fractions.
+/// 2^`e`, for the exponents of singles and their fractions.
 fn power_of_two(e: i32) -> f64 {
     2_f64.powi(e)
 }

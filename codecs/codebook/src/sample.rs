@@ -1,4 +1,4 @@
-//! Drawing a training set: which of many blocks to train on.
+//! Draws the blocks of a training set.
 
 use std::collections::HashSet;
 
@@ -8,8 +8,8 @@ use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 /// Name of the generator, for the record: PCG XSL RR 128/64 (O'Neill 2014), seeded by `seed_from_u64`.
 pub const GENERATOR: &str = "pcg64";
 
-/// `count` of the numbers below `all`, each as likely as any other, in ascending order; all of them where there are no
-/// more. R. W. Floyd's algorithm (Bentley and Floyd 1987), which draws `count` numbers and stores no others.
+/// `count` of the numbers below `all`, all equally likely, in ascending order. All numbers if there are no more than
+/// `count`. R. W. Floyd's algorithm (Bentley and Floyd 1987): it draws and stores only `count` numbers.
 #[must_use]
 pub fn choose(all: u64, count: u64, seed: u64) -> Vec<u64> {
     if count >= all {
@@ -18,7 +18,7 @@ pub fn choose(all: u64, count: u64, seed: u64) -> Vec<u64> {
     let mut generator = Pcg64::seed_from_u64(seed);
     let mut chosen = HashSet::with_capacity(count as usize);
     for last in all - count..all {
-        // Uniform in 0..=last, but for a bias of less than last / 2^64.
+        // Uniform in 0..=last, with a bias below last / 2^64.
         let drawn = ((u128::from(generator.next_u64()) * (u128::from(last) + 1)) >> 64) as u64;
         if !chosen.insert(drawn) {
             chosen.insert(last);
@@ -29,9 +29,8 @@ pub fn choose(all: u64, count: u64, seed: u64) -> Vec<u64> {
     chosen
 }
 
-/// How many to draw from each of some strata, `count` together: half of them in proportion to the strata, the other half
-/// evenly, so that a rare stratum is not missed. No stratum gives more than it holds; all of each where `count` is no
-/// less than their sum.
+/// How many to draw from each stratum, `count` in all: half in proportion to the strata, half evenly, so that a rare
+/// stratum is not missed. No stratum gives more than it holds. If `count` is at least their sum, all of each.
 #[must_use]
 pub fn allot(strata: &[u64], count: u64) -> Vec<u64> {
     let all: u64 = strata.iter().sum();
@@ -41,7 +40,7 @@ pub fn allot(strata: &[u64], count: u64) -> Vec<u64> {
     let mut left = count - allotted.iter().sum::<u64>();
     while left > 0 {
         let open = strata.iter().zip(&allotted).filter(|(size, a)| a < size).count() as u64;
-        // What does not divide goes to the last strata, one each.
+        // The remainder goes to the last strata, one each.
         let (each, mut more) = (left / open, left % open);
         for (size, a) in strata.iter().zip(&mut allotted).rev() {
             if *a == *size {
@@ -66,7 +65,7 @@ mod tests {
         assert_ne!(choose(1000, 8, 1), choose(1000, 8, 2));
         assert_eq!(choose(5, 5, 3), [0, 1, 2, 3, 4]);
         assert_eq!(choose(5, 99, 3), [0, 1, 2, 3, 4]);
-        // Written down, so that a change of generator or algorithm is noticed: it would change every stream.
+        // Stored values detect a change of generator or algorithm, which would change every stream.
         assert_eq!(choose(1 << 30, 4, 1), CHOSEN);
     }
 

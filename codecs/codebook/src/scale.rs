@@ -27,7 +27,7 @@ impl Scale {
     /// One unit of the sums.
     pub const ONE: Self = Self { exponent: 0, fraction: 0 };
 
-    /// The least scale at which codes of so many bits reach up to `largest`, in units of the sums, or else the greatest.
+    /// The least scale at which codes of `bits` bits reach `largest`, in units of the sums. Else the greatest scale.
     #[must_use]
     pub fn reaching(bits: u32, largest: f64) -> Self {
         let top = f64::from((1_u32 << (bits - 1)) - 1);
@@ -114,7 +114,7 @@ mod tests {
         assert_eq!(Scale::reaching(16, 1e9).units(), 15);
     }
 
-    /// Forms of version 1 have no fraction: their scales are powers of two.
+    /// Forms of version 1 have no fraction. Their scales are powers of two.
     #[test]
     fn a_form_holds_a_scale() {
         for exponent in 0..=10 {

@@ -1,8 +1,8 @@
-//! Scores of vectors under codewords in single precision: one matrix product, with a bound of its rounding.
+//! Scores of vectors and codewords in single precision: one matrix product, with a bound of its rounding.
 //!
-//! `‖x − c‖² = ‖x‖² + (‖c‖² − 2 x·c)`: the bracket is the *score*. Vectors carry a component 1 more, codewords their
-//! squared norm. The codewords whose score lies within the bound of the lowest are *candidates*: one of them is the
-//! nearest, and a measure in double precision tells which.
+//! `‖x − c‖² = ‖x‖² + (‖c‖² − 2 x·c)`: the bracket is the *score*. Vectors get an additional component 1, codewords
+//! their squared norm. Codewords whose score lies within the bound of the lowest are *candidates*. One of them is the
+//! nearest. Distances in double precision select it.
 
 use ndarray::linalg::general_mat_mul;
 use ndarray::{ArrayView2, ArrayViewMut2};
@@ -11,23 +11,23 @@ use crate::wide::wide;
 
 /// Vectors in one matrix product.
 pub const ROWS: usize = 256;
-/// Codewords in one matrix product: with [`ROWS`] vectors the scores fill 256 KiB.
+/// Codewords in one matrix product. With [`ROWS`] vectors the scores fill 256 KiB.
 pub const COLUMNS: usize = 256;
 /// Scores that are compared at once.
 const LANES: usize = 16;
 /// Half the distance from 1 to the next single.
 const UNIT: f64 = 1.0 / (1 << 24) as f64;
 
-/// How far the scores of two codewords may lie apart while rounding alone decides which is lower, for a vector and
-/// codewords of these norms. A sum of n products is off by at most n·u·Σ|products|, whatever the order and fused or not
-/// (Higham 2002, section 3.1); operands and norm are rounded once more.
+/// Largest difference of two codewords' scores that rounding alone can cause, for vectors and codewords of these norms.
+/// A sum of n products has an error of at most n·u·Σ|products|, in any order, fused or not (Higham 2002, section 3.1).
+/// Operands and norm are rounded once more.
 pub fn margin(dimension: usize, norm: f64, radius: f64) -> f32 {
     let terms = (dimension + 6) as f64;
     let products = radius * (2.0 * norm + radius);
     (2.2 * UNIT * terms * products) as f32
 }
 
-/// `scores = vectors · operandsᵀ`, all in rows of `width` numbers.
+/// `scores = vectors · operandsᵀ`. All matrices have rows of `width` numbers.
 pub fn product(vectors: &[f32], operands: &[f32], width: usize, scores: &mut [f32]) {
     let (rows, columns) = (vectors.len() / width, operands.len() / width);
     let views = (
@@ -71,7 +71,7 @@ impl Candidates {
         }
     }
 
-    /// The scores of the codewords from `first` on.
+    /// Adds the scores of the codewords from `first` on.
     pub fn take(&mut self, first: u32, scores: &[f32]) {
         wide(|| {
             let [lowest, _] = two_lowest(scores);
@@ -86,7 +86,7 @@ impl Candidates {
                 limit = self.limit();
             }
             for (first, scores) in (first..).step_by(LANES).zip(scores.chunks(LANES)) {
-                // Without a branch, so that a chunk is one comparison: hardly any holds a candidate.
+                // Without branches, so that a chunk is one comparison. Few chunks contain a candidate.
                 if scores.iter().fold(false, |any, score| any | (*score <= limit)) {
                     for (index, &score) in (first..).zip(scores) {
                         if score <= limit {
@@ -120,7 +120,7 @@ fn higher(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
-/// The two lowest of some scores, in lanes that a compiler turns into vector instructions.
+/// The two lowest scores, in lanes that the compiler vectorises.
 #[inline(always)]
 pub fn two_lowest(scores: &[f32]) -> [f32; 2] {
     let (mut first, mut second) = ([f32::INFINITY; LANES], [f32::INFINITY; LANES]);
@@ -139,7 +139,7 @@ pub fn two_lowest(scores: &[f32]) -> [f32; 2] {
     two
 }
 
-/// Where a score stands first.
+/// The first position of a score.
 #[inline(always)]
 pub fn place_of(scores: &[f32], wanted: f32) -> Option<usize> {
     for (first, chunk) in (0..).step_by(LANES).zip(scores.chunks(LANES)) {

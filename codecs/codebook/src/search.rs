@@ -1,8 +1,8 @@
 //! The nearest codeword of a vector.
 //!
-//! Scores in single precision propose codewords ([`crate::scores`]); every codeword that rounding may have kept from the
-//! lowest score is measured again in double precision, and of equally near codewords the one of the lowest index wins.
-//! So the outcome depends neither on the blocks in which products are taken nor on the processor's kernel.
+//! Scores in single precision propose codewords ([`crate::scores`]). Every codeword that could be the nearest, given
+//! the rounding, is measured again in double precision. Of equally near codewords the lowest index wins. So the result
+//! depends neither on the blocks of the products nor on the processor.
 
 use rayon::prelude::*;
 
@@ -24,7 +24,7 @@ pub struct Nearest {
 pub struct Search<'a> {
     codebook: &'a Codebook,
     mask: Option<Vec<bool>>,
-    /// Codewords, shifted and scaled to about −1..1 and doubled with negative sign, then the squared norm.
+    /// Codewords, shifted and scaled to about −1..1, times −2, followed by the squared norm.
     operands: Vec<f32>,
     centre: f64,
     scale: f64,
@@ -33,7 +33,7 @@ pub struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// A search in which the components count that `mask` names; all, without a mask.
+    /// A search over the components in `mask`, or over all without a mask.
     ///
     /// # Panics
     /// When the codebook is empty or the mask is of another dimension.
@@ -71,8 +71,8 @@ impl<'a> Search<'a> {
         1.0 / self.scale
     }
 
-    /// Squared distances from some codewords to all, in rows and in units of [`Self::span`]: no larger than they truly
-    /// are, and less by no more than rounding.
+    /// Squared distances from some codewords to all, in rows, in units of [`Self::span`]. They are lower bounds, and
+    /// too small only by rounding.
     pub(crate) fn apart(&self, some: &[u32]) -> Vec<f32> {
         let (size, width) = (self.codebook.size(), self.codebook.dimension() + 1);
         let mut vectors = Vec::with_capacity(some.len() * width);
@@ -94,7 +94,7 @@ impl<'a> Search<'a> {
         squares
     }
 
-    /// Component `s` of a vector as the products take it: 0 where it does not count.
+    /// Component `s` of a vector for the products. 0 if the mask excludes it.
     fn shifted(&self, value: f32, s: usize) -> f32 {
         if self.mask.as_ref().is_some_and(|mask| !mask[s]) {
             return 0.0;
@@ -113,7 +113,7 @@ impl<'a> Search<'a> {
         blocks.flat_map_iter(|rows| self.rows(rows)).collect()
     }
 
-    /// The nearest codeword of each of some vectors that follow each other in `rows`, on this thread.
+    /// The nearest codeword of each vector in `rows` (concatenated), on this thread.
     ///
     /// # Panics
     /// When `rows` is no whole number of vectors.
@@ -221,7 +221,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
-        /// Small integers give many ties, a large offset many scores that rounding cannot tell apart.
+        /// Small integers give many ties. A large offset gives many scores that rounding makes equal.
         #[test]
         fn the_search_finds_what_a_search_by_hand_finds(
             dimension in 1_usize..20,

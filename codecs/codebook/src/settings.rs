@@ -1,4 +1,4 @@
-//! The settings that vector quantisers have in common: how their codebooks are trained.
+//! The settings of codebook training that all vector quantisers share.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ pub const TRAINING_BLOCKS: Setting = Setting {
     default: "131072",
 };
 
-/// How they are drawn. A codec without this setting draws uniformly.
+/// How training blocks are drawn. A codec without this setting draws uniformly.
 pub const DRAW: Setting = Setting {
     name: "draw",
     doc: "how training blocks are drawn where there are more: uniform = by chance alone; stratified = half of them \
@@ -52,10 +52,10 @@ pub const SEED: Setting = Setting {
 /// Words of a setting `tables`.
 pub const TABLES: SettingKind = SettingKind::Choice(&["shared", "per-frame"]);
 
-/// What an encoder makes of them.
+/// The settings as an encoder uses them.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct TrainingSettings {
-    /// Whether each frame has codebooks of its own (`tables`).
+    /// Whether each frame has its own codebooks (`tables`).
     pub per_frame: bool,
     /// Blocks that a codebook is trained on, at most.
     pub training_blocks: u64,
@@ -70,7 +70,7 @@ pub struct TrainingSettings {
 }
 
 impl TrainingSettings {
-    /// Of complete settings.
+    /// Reads complete settings.
     ///
     /// # Errors
     /// When one is missing; all but `draw` must be there.
@@ -95,7 +95,7 @@ impl TrainingSettings {
     }
 }
 
-/// A whole number of 32 bits that is not negative.
+/// A non-negative integer of 32 bits.
 ///
 /// # Errors
 /// When the setting is absent or another kind of value.

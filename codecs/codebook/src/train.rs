@@ -8,13 +8,13 @@ use crate::{Codebook, Initial, Quantiser, Vectors};
 /// How a codebook is trained.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Training {
-    /// Codewords wanted; fewer come out where there are fewer distinct vectors, or codewords.
+    /// Number of codewords. Fewer result if there are fewer distinct vectors or codewords.
     pub size: usize,
     /// How codewords are stored.
     pub quantiser: Quantiser,
     /// The first codebook.
     pub initial: Initial,
-    /// What chance decides: see [`Initial`].
+    /// Seed of random choices: see [`Initial`].
     pub seed: u64,
     /// When refinement stops.
     pub stop: Stop,
@@ -50,7 +50,7 @@ pub fn train_over(
     let quantiser = quantiser(&first.codewords);
     let (codebook, places) = Codebook::placed(&first.codewords, vectors.dimension(), quantiser);
     let cells = first.cells.map(|cells| cells.into_iter().map(|k| places[k as usize]).collect::<Vec<u32>>());
-    // Members of a cell side by side are read faster in every round.
+    // Members of a cell that are adjacent are read faster in every round.
     let Some(mut cells) = cells else {
         return refine(&vectors, codebook, None, training.size, training.stop, run);
     };

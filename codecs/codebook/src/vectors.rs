@@ -30,7 +30,7 @@ impl Vectors {
         Self { values, weights: Vec::with_capacity(count), ..empty }
     }
 
-    /// Vectors that follow each other in `values`, each of weight 1.
+    /// Vectors concatenated in `values`, each with weight 1.
     ///
     /// # Panics
     /// When `values` is no whole number of vectors.
@@ -41,7 +41,7 @@ impl Vectors {
         Self { dimension, values, weights }
     }
 
-    /// Appends a vector. `weight` is positive: how often its squared error counts.
+    /// Appends a vector. `weight` is positive and multiplies its squared error.
     ///
     /// # Panics
     /// When `vector` is of another dimension.
@@ -116,8 +116,7 @@ impl Vectors {
         self.weights.iter().sum()
     }
 
-    /// Equal vectors become one of their summed weight, where the first of them stood. Zeros of both signs are
-    /// equal.
+    /// Merges equal vectors at the place of the first, with the sum of their weights. Zeros of both signs are equal.
     #[must_use]
     pub fn merged(&self) -> Self {
         let mut places = Places::for_many(self.len());
@@ -135,7 +134,7 @@ impl Vectors {
         merged
     }
 
-    /// The vectors in another order: those numbered `order`, one after the other.
+    /// The vectors with indices `order`, in that order.
     #[must_use]
     pub(crate) fn ordered(&self, order: &[u32]) -> Self {
         let mut ordered = Self {
@@ -151,7 +150,7 @@ impl Vectors {
     }
 }
 
-/// A table of places by hash: open addressing, at most half full.
+/// A hash table of positions: open addressing, at most half full.
 struct Places {
     slots: Vec<(u32, u32)>,
 }
@@ -163,7 +162,7 @@ impl Places {
         Self { slots: vec![(0, Self::FREE); (2 * count).next_power_of_two().max(2)] }
     }
 
-    /// The place of that hash for which `equal` holds, or `next`, which is then in the table.
+    /// The position with that hash for which `equal` holds. Else `next`, which is inserted.
     fn find_or_add(&mut self, hash: u64, next: usize, equal: impl Fn(usize) -> bool) -> usize {
         let mask = self.slots.len() - 1;
         let mut slot = hash as usize & mask;
@@ -181,7 +180,7 @@ impl Places {
     }
 }
 
-/// Equal for equal vectors. Four chains, so that one multiplication does not wait for the other.
+/// Equal vectors have equal hashes. Four chains, so that multiplications overlap.
 fn hash(vector: &[f32]) -> u64 {
     const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
     let mix = |h: u64, x: f32| {

@@ -1,14 +1,14 @@
 //! Loops in the widest vector instructions that the processor has.
 //!
-//! The compiler turns loops over lanes into them. Which they are changes no result: every lane is rounded by itself, sums
-//! are taken in lanes of a number that the source states, and nothing is fused that the source does not fuse.
+//! The compiler turns loops over lanes into vector instructions. Their width does not change results: every lane is
+//! rounded on its own, the source states the number of lanes of a sum, and the compiler fuses nothing by itself.
 
 use pulp::Arch;
 
 /// Lanes of a sum in double precision.
 const LANES: usize = 8;
 
-/// Runs `work`, compiled for this processor. What it calls must be inlined to be compiled so, too.
+/// Runs `work`, compiled for this processor. Functions that it calls must be inlined to benefit.
 #[inline]
 pub fn wide<R>(work: impl FnOnce() -> R) -> R {
     Arch::new().dispatch(work)

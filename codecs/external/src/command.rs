@@ -1,4 +1,4 @@
-//! A command with placeholders, and how it runs: without a shell, in a process group of its own, for so long and no longer.
+//! A command with placeholders. It runs without a shell, in its own process group, with a time limit.
 
 use std::fs::File;
 use std::io::Read;
@@ -9,16 +9,16 @@ use std::time::{Duration, Instant};
 use cvr_core::codec::Cancelled;
 use cvr_core::volume::{Extent, SampleType};
 
-/// What may stand in braces.
+/// Names of placeholders.
 const PLACEHOLDERS: [&str; 7] = ["in", "out", "x", "y", "z", "type", "value"];
 
-/// How often a process is asked whether it has ended: too short to show in the time of one.
+/// Interval at which a process is polled. It is too short to affect the time of one.
 const POLL: Duration = Duration::from_millis(2);
 
-/// What of its messages a failed command is quoted with, in bytes.
+/// Bytes of a failed command's messages that an error quotes.
 const QUOTED: u64 = 400;
 
-/// Why a text is no command.
+/// Why a text is not a command.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ParseError {
     /// Quotes do not match.
@@ -64,7 +64,7 @@ pub enum RunError {
     File(String, std::io::Error),
 }
 
-/// What a command is told of the samples in its file.
+/// Description of the samples in a file, for a command.
 #[derive(Copy, Clone, Debug)]
 pub struct Field {
     /// Voxels.
@@ -83,7 +83,7 @@ pub struct Command {
 }
 
 impl Command {
-    /// Reads the words of a command as a shell would, and checks its placeholders.
+    /// Splits a command into words as a shell would, and checks its placeholders.
     ///
     /// # Errors
     /// When it is no command; the message says where.
@@ -109,7 +109,7 @@ impl Command {
         &self.text
     }
 
-    /// What stands for `{value}`.
+    /// Replacement of `{value}`.
     pub const fn value(&self) -> f64 {
         self.value
     }
@@ -119,7 +119,8 @@ impl Command {
         self.timeout
     }
 
-    /// Runs it on two files and waits. `go_on` is asked while it runs. Messages of the command go to a file in `folder`.
+    /// Runs the command on two files and waits. `go_on` is called while it runs. Messages of the command go to a file
+    /// in `folder`.
     ///
     /// # Errors
     /// When it cannot begin, fails, takes too long, or `go_on` says that the user asked to stop; whatever it has started
@@ -196,7 +197,7 @@ impl Drop for Running {
         }
         #[cfg(unix)]
         if let Some(group) = i32::try_from(self.0.id()).ok().and_then(rustix::process::Pid::from_raw) {
-            // The group and not the process alone: a script's own children would run on.
+            // The whole group, else child processes of a script would go on.
             _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
         }
         _ = self.0.kill();
@@ -204,8 +205,8 @@ impl Drop for Running {
     }
 }
 
-/// The first placeholder of a text: what stands before it, its name, what stands after it. Braces around anything but
-/// small letters are just braces.
+/// The first placeholder of a text: the text before it, its name, the text after it. Braces around anything but small
+/// letters are ordinary text.
 fn next_placeholder(text: &str) -> Option<(&str, &str, &str)> {
     let mut from = 0;
     while let Some(open) = text[from..].find('{').map(|at| from + at) {
@@ -228,7 +229,7 @@ fn placeholders(word: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The end of what a command has said, as one line.
+/// The end of a command's messages, as one line.
 fn last_words(mut file: File) -> String {
     let read = || -> std::io::Result<String> {
         use std::io::{Seek, SeekFrom};
@@ -289,7 +290,7 @@ mod tests {
         assert!(missing.starts_with("`no-such-program x y` cannot be run: "), "{missing}");
     }
 
-    /// A script's own child is killed with it: it would otherwise write the file after a second.
+    /// A child of the script is killed with it. Otherwise it would write the file after a second.
     #[cfg(unix)]
     #[test]
     fn a_command_that_takes_too_long_is_killed_with_its_children() {

@@ -1,4 +1,4 @@
-//! The decoder: whole frames by the command that the stream names, if it is trusted.
+//! The decoder: it decodes whole frames with the command in the stream, if that command is trusted.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -21,14 +21,14 @@ use crate::{INFO, STREAMS};
 pub struct Parameters {
     /// The command, placeholders and all.
     pub decode: String,
-    /// What stands for `{value}`.
+    /// Replacement of `{value}`.
     pub value: f64,
     /// How long it may run.
     pub timeout_seconds: u64,
-    /// Type of the samples that it writes.
+    /// Type of the samples that the command writes.
     pub sample: SampleType,
-    /// Voxels of each field, x, y, z. What a command makes of a wrong shape nobody knows, so that the volume's own must
-    /// be this one before it runs.
+    /// Voxels of each field along x, y, z. It must equal the volume's own shape before the command runs, because the
+    /// effect of a wrong shape is unknown.
     pub extent: [u32; 3],
     /// Bytes of each compressed file: the channels of the first frame, of the second, and so on.
     pub lengths: Vec<u64>,
@@ -48,9 +48,9 @@ pub struct ExternalDecoder {
     command: Command,
     sample: SampleType,
     streams: Tensor,
-    /// Where each compressed file begins, and the end of the last.
+    /// Start of each compressed file, and the end of the last.
     starts: Vec<usize>,
-    /// The frame that was asked for last. Bricks of one frame are one run of the command, whichever thread asks first.
+    /// The frame used last. All bricks of a frame share one run of the command, in any thread.
     latest: Mutex<Option<(FrameIndex, Arc<Frame>)>>,
 }
 

@@ -1,4 +1,4 @@
-//! The encoder: each channel of each frame is one file for the command.
+//! The encoder: the command gets each channel of each frame as one file.
 
 use std::sync::Arc;
 
@@ -13,9 +13,9 @@ use crate::output::{self, OutputError};
 use crate::samples::bytes;
 use crate::trust::Trust;
 
-/// Bytes for each sample beyond which a compressed file is taken for a mistake, and not read.
+/// Bytes per sample beyond which a compressed file counts as an error and is not read.
 const SAMPLE_BYTES: u64 = 8;
-/// Bytes beside the samples.
+/// Bytes in addition to the samples.
 const HEADER_BYTES: u64 = 1 << 20;
 
 /// Encodes by a command.
@@ -23,13 +23,13 @@ const HEADER_BYTES: u64 = 1 << 20;
 pub struct ExternalEncoder {
     pub encode: Command,
     pub decode: Command,
-    /// Type of the samples in files; `None` for the volume's own.
+    /// Type of the samples in files. `None` for the volume's own.
     pub sample: Option<SampleType>,
     pub trust: Arc<Trust>,
 }
 
 impl Encoder for ExternalEncoder {
-    /// A frame in single precision, and a channel of it as it lies in its file.
+    /// A frame in single precision, and one channel of it as in its file.
     fn scratch_bytes(&self, layout: &VolumeLayout) -> u64 {
         let sample = self.sample.unwrap_or(layout.sample);
         layout.samples_per_frame() * 4 + layout.extent.voxels() * sample.bytes() as u64
@@ -57,7 +57,7 @@ impl Encoder for ExternalEncoder {
                 let samples = values.iter().skip(channel).step_by(channels).copied();
                 output::write(&input, &bytes(samples, sample))
                     .map_err(|e| external(format!("{}: {e}", input.display())))?;
-                // A command that writes nothing must not pass with what the one before has written.
+                // Without this, a command that writes nothing would succeed with the output of the one before.
                 _ = std::fs::remove_file(&written);
                 self.encode.run(field, [&input, &written], folder.path(), || run.advance(0)).map_err(
                     |e| match e {

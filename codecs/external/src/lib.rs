@@ -1,7 +1,7 @@
-//! Any compressor that runs as a command on raw files: SZ3, SPERR and others, measured like a codec.
+//! Any compressor that runs as a command on raw files (SZ3, SPERR and others), measured like a codec.
 //!
-//! What it can be compared in is the rate of its files, its errors, its pictures and the time of its processes; no shader
-//! decodes it. Placeholders, stream and trust are told in this crate's README.md.
+//! Measured are the rate of its files, its errors, its pictures and the time of its processes. No shader decodes it.
+//! This crate's README.md documents placeholders, stream and trust.
 
 mod command;
 mod decoder;
@@ -77,7 +77,7 @@ static INFO: CodecInfo = CodecInfo {
     methods: &["sample"],
 };
 
-/// The codec `external`. It runs the commands of streams that it has written itself, and no others: see [`Trust`].
+/// The codec `external`. It runs only commands that this process has configured or written: see [`Trust`].
 #[derive(Debug, Default)]
 struct External {
     trust: Arc<Trust>,

@@ -1,5 +1,5 @@
-//! Reading what a command has left: a regular file of a size that was expected, and nothing else. A FIFO would be waited
-//! for, a device or a file that is too large would be read for ever.
+//! Reads the output of a command: a regular file of an expected size, and nothing else. Opening a FIFO would wait;
+//! reading a device or a huge file would not end.
 
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, Read as _};
@@ -15,7 +15,7 @@ pub enum OutputError {
     /// A FIFO, a device, a folder, or a link to one.
     #[error("left a {0} as {{out}}, where a regular file belongs")]
     Kind(&'static str),
-    /// Of another size, in bytes.
+    /// The file has another size, in bytes.
     #[error("wrote {0} bytes to {{out}}")]
     Size(u64),
     /// It cannot be read.
@@ -23,7 +23,7 @@ pub enum OutputError {
     Io(#[from] io::Error),
 }
 
-/// Reads a regular file whose length lies in `lengths` (bytes). Nothing is read of any other, and nothing is waited for.
+/// Reads a regular file whose length lies in `lengths` (bytes). It reads no other file and never waits.
 pub fn read(path: &Path, lengths: RangeInclusive<u64>) -> Result<Vec<u8>, OutputError> {
     let (file, length) = open(path, lengths)?;
     let mut bytes = Vec::new();
@@ -32,11 +32,11 @@ pub fn read(path: &Path, lengths: RangeInclusive<u64>) -> Result<Vec<u8>, Output
     if bytes.len() as u64 == length { Ok(bytes) } else { Err(OutputError::Size(bytes.len() as u64)) }
 }
 
-/// Opens a regular file whose length lies in `lengths` (bytes), and gives its length. Nothing else is opened, and nothing
-/// is waited for.
+/// Opens a regular file whose length lies in `lengths` (bytes), and returns its length. It opens no other file and
+/// never waits.
 pub fn open(path: &Path, lengths: RangeInclusive<u64>) -> Result<(File, u64), OutputError> {
-    // Before it is opened, since to open some devices is to set them going; and again afterwards, since what lies under a
-    // name may be another thing by then.
+    // Checked before opening, because opening a device may start it. Checked again afterwards, because another file may
+    // have taken the name.
     let check = |found: &Metadata| {
         if !found.is_file() {
             return Err(OutputError::Kind(kind(found)));
@@ -81,7 +81,7 @@ fn kind(found: &Metadata) -> &'static str {
     if found.is_dir() { "folder" } else { "device" }
 }
 
-/// Writes what a command is to read, in place of whatever lies there: a command may have left anything under the name.
+/// Writes the input of a command. It replaces any file of that name, which may be left from a command.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     use std::io::Write as _;
     let _ = std::fs::remove_file(path);
@@ -126,7 +126,7 @@ mod tests {
             assert!(matches!(read(&path, 65..=100), Err(OutputError::Size(64))));
             assert!(matches!(read(&path, 0..=63), Err(OutputError::Size(64))));
         }
-        // What is opened without a look at it: no wait either.
+        // Opening without the check does not wait either.
         assert!(open_at_once(&at("fifo")).is_ok());
     }
 

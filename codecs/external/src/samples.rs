@@ -4,21 +4,21 @@ use std::io::{ErrorKind, Read};
 
 use cvr_core::volume::{SampleType, Samples};
 
-/// The bytes of values that the type holds.
+/// The values as bytes of the type.
 pub fn bytes(values: impl Iterator<Item = f32>, sample: SampleType) -> Vec<u8> {
     match (sample.integer_range(), sample.bytes()) {
-        // The low bytes of two's complement are those of either sign.
+        // The low byte is the same for signed and unsigned numbers.
         (Some(_), 1) => values.map(|v| v as i32 as u8).collect(),
         (Some(_), _) => values.flat_map(|v| (v as i32 as u16).to_le_bytes()).collect(),
         (None, _) => values.flat_map(f32::to_le_bytes).collect(),
     }
 }
 
-/// Bytes of a file that lie in memory at a time: a whole number of samples of any type.
+/// Bytes of a file in memory at a time: a whole number of samples of any type.
 const CHUNK_BYTES: usize = 1 << 20;
 
-/// Reads the first samples of a file, as many as `to` has places. A file may be as large as the frame itself, so that no
-/// more than a chunk of it is in memory.
+/// Reads the first samples of a file, as many as `to` has elements. The file may be as large as the frame, so only one
+/// chunk of it is in memory.
 pub fn read_values<'a>(
     mut file: impl Read,
     sample: SampleType,
@@ -56,7 +56,7 @@ mod tests {
             let mut read = vec![0.0; all.len()];
             read_values(File::open(file.path()).unwrap(), sample, read.iter_mut()).unwrap();
             assert_eq!(read, all, "{sample}");
-            // Every second place of a frame, as a channel has them.
+            // Every second element of a frame, like a channel.
             let mut read = vec![0.0; 2 * all.len()];
             read_values(File::open(file.path()).unwrap(), sample, read.iter_mut().skip(1).step_by(2))
                 .unwrap();

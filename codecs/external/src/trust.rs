@@ -7,24 +7,24 @@ use cvr_core::codec::DecodeError;
 
 use crate::command::Command;
 
-/// Variable of the environment by which a user trusts the commands of all streams: `1`.
+/// Environment variable with which a user trusts the commands of all streams: `1`.
 const TRUST_ALL: &str = "CVR_TRUST_COMMANDS";
 
-/// The commands that this process may run to decode: those of its own configuration, which an encoder was made with.
+/// The commands that this process may run to decode: those of encoders that it made from its own configuration.
 ///
-/// A stream names the command that decodes it, and may come from anyone. Were it simply run, opening a file would be
-/// running a program of its author's choice.
+/// A stream names the command that decodes it, and may come from anyone. If that command simply ran, opening a file
+/// would run a program of its author's choice.
 #[derive(Debug, Default)]
 pub struct Trust(Mutex<BTreeSet<String>>);
 
 impl Trust {
-    /// Whoever writes a stream trusts its command.
+    /// Trusts a command. The encoder of a stream calls this.
     pub fn add(&self, command: &Command) {
-        // What a thread that panicked left behind is a whole set all the same.
+        // The set is complete even if a thread panicked while it held the lock.
         self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner).insert(command.text().to_owned());
     }
 
-    /// Refuses what came with a file.
+    /// Refuses an untrusted command, which came with a file.
     ///
     /// # Errors
     /// [`DecodeError::Refused`], with the command and the way out.

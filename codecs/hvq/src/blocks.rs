@@ -1,11 +1,11 @@
-//! Blocks as the encoder sees them: in levels, with their means and those of their sub-blocks.
+//! Blocks in the encoder: in levels, with their means and the means of their sub-blocks.
 
 use cvr_codebook::{Quantiser, Vectors};
 use cvr_core::volume::{SampleType, ValueRange};
 
 use crate::geometry::{EDGE, SUB_BLOCKS, VOXELS};
 
-/// What a level and the code of a mean are worth.
+/// Value of a level, and of a mean's code.
 #[derive(Copy, Clone, Debug)]
 pub struct Levels {
     pub quantiser: Quantiser,
@@ -18,8 +18,8 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Levels over a range: of 8 bits where samples, means and codewords are, else of 16. Integers of the range have
-    /// levels of their own, and where it can be, differences of two of them have codes of their own.
+    /// Levels over a range. They have 8 bits if samples, means and codewords do, else 16. Integers of the range have
+    /// their own levels. If possible, differences of two of them have their own codes.
     ///
     /// # Errors
     /// A sentence, when single precision cannot hold the range.
@@ -50,7 +50,7 @@ impl Levels {
         ((f64::from(value) - f64::from(self.quantiser.offset())) / f64::from(self.quantiser.step())) as f32
     }
 
-    /// What a sum of levels decodes to.
+    /// The decoded value of a sum of levels.
     pub fn value(&self, level: i32) -> f32 {
         self.quantiser.value(level.clamp(0, self.top as i32) as u32)
     }
@@ -81,20 +81,20 @@ pub const fn sub_block_of(voxel: usize) -> usize {
     (z / 2 * 2 + y / 2) * 2 + x / 2
 }
 
-/// Means of a block, over the voxels that exist.
+/// Means of a block, over its voxels in the volume.
 #[derive(Clone, Debug)]
 pub struct Means {
     /// Of each channel.
     pub block: Vec<f64>,
-    /// Of each channel of each sub-block, the channels side by side; 0 where no voxel exists.
+    /// Mean of each channel of each sub-block, channels adjacent. 0 if no voxel lies in the volume.
     pub sub_blocks: Vec<f64>,
-    /// Voxels that exist of each sub-block.
+    /// Number of voxels of each sub-block in the volume.
     pub counts: [u32; SUB_BLOCKS as usize],
 }
 
 impl Means {
-    /// Of a block in levels: voxels x fastest, the channels of a voxel side by side; `exists` says of each voxel whether
-    /// it lies in the volume, as at least one does.
+    /// The means of a block in levels: voxels x fastest, channels interleaved. `exists` says whether a voxel lies in
+    /// the volume. At least one must.
     pub fn of(levels: &[f32], exists: impl Fn(usize) -> bool) -> Self {
         let channels = levels.len() / VOXELS as usize;
         let mut means = Self {

@@ -1,5 +1,5 @@
-//! One voxel out of a mean, two indices and two codewords: the twin of decode.wgsl, function for function, but that cells and
-//! rows are the kit's here. This one defines the codec.
+//! Decodes one voxel from a mean, two indices and two codewords. The twin of decode.wgsl, function for function, except
+//! that the kit derives cells and rows here. This code defines the codec.
 
 use cvr_codebook::pack::unpack;
 use cvr_core::kit::{BlockFrame, BlockGrid};
@@ -15,22 +15,22 @@ pub struct Frame<'a> {
     pub codebook: &'a [u32],
     /// Sizes.
     pub geometry: &'a Geometry,
-    /// Stages to sum: the mean, coarse differences from 2 on, and fine ones from 3 on.
+    /// Number of stages: the mean, from 2 on the coarse differences, from 3 on the detail.
     pub stages: u8,
 }
 
-/// What a block has for all of its voxels: its number, and the first codes of its two codewords.
+/// Data that the voxels of a block share: its number, and the first codes of its two codewords.
 pub type Head = [usize; 3];
 
 impl Frame<'_> {
-    /// Value of a sum of levels, in data units: the only float expression of the codec.
+    /// Value of a sum of levels, in data units. It is the codec's only floating-point expression.
     #[must_use]
     #[inline]
     pub fn value(&self, level: i32) -> f32 {
         self.geometry.levels.value(level.clamp(0, self.geometry.top as i32) as u32)
     }
 
-    /// Number `i` of a plane. 32 of them fill as many words as they have bits; one may lie in two.
+    /// Number `i` of a plane. 32 numbers fill as many words as a number has bits. A number may span two words.
     ///
     /// # Panics
     /// When there is no such number.
@@ -96,7 +96,8 @@ impl Frame<'_> {
         (code - self.geometry.detail.zero as i32) * self.geometry.detail.step as i32
     }
 
-    /// First code of a voxel's sub-block, counted from the coarse codeword's; `inside` is the voxel's place in the block.
+    /// First code of a voxel's sub-block, relative to the coarse codeword. `inside` is the voxel's position in the
+    /// block.
     #[must_use]
     #[inline]
     pub fn sub_block(&self, inside: [u32; 3]) -> usize {
@@ -104,7 +105,7 @@ impl Frame<'_> {
         (sub * self.geometry.channels) as usize
     }
 
-    /// First code of a voxel, counted from the detail codeword's.
+    /// First code of a voxel, relative to the detail codeword.
     #[must_use]
     #[inline]
     pub fn place(&self, inside: [u32; 3]) -> usize {

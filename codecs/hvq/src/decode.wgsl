@@ -1,4 +1,4 @@
-// One voxel out of a mean, two indices and two codewords: the twin of decode.rs, function for function.
+// Decodes one voxel from a mean, two indices and two codewords. The twin of decode.rs, function for function.
 //
 // Constants: hvq_grid (vec3<u32>), hvq_channels, hvq_top, hvq_offset, hvq_step, hvq_codeword_bits, hvq_lanes_log2,
 // hvq_mean_bits, hvq_mean_step; of both stages hvq_coarse_bits and hvq_detail_bits (of an index), hvq_coarse_plane and

@@ -1,4 +1,4 @@
-//! The encoder: codebooks from a part of the blocks, then mean and indices of every block.
+//! The encoder: trains codebooks on some of the blocks, then codes mean and indices of every block.
 
 use cvr_codebook::blocks::{cuts, inside};
 use cvr_codebook::pack::BitPacker;
@@ -19,7 +19,7 @@ use crate::{CODEBOOK, INDEX};
 pub struct HvqEncoder {
     /// Sizes of the coarse and of the detail codebook.
     pub codewords: [u32; 2],
-    /// Bits of a mean; `None` for those of the samples.
+    /// Bits of a mean. `None`: those of the samples.
     pub mean_bits: Option<u32>,
     pub codeword_bits: u32,
     pub training: TrainingSettings,
@@ -106,7 +106,7 @@ impl HvqEncoder {
     }
 }
 
-/// Codes of some blocks, one after the other, and the largest error of a voxel.
+/// Codes of some blocks, one after another, and the largest error of a voxel.
 #[derive(Default)]
 struct Codes {
     means: Vec<u32>,
@@ -117,16 +117,16 @@ struct Codes {
 
 /// A way in which the volume's border cuts blocks.
 struct Cut<'a> {
-    /// Voxels that there are of a block.
+    /// Size of a block in voxels, after the border cuts it.
     size: [usize; 3],
-    /// Which values of a block exist.
+    /// Which values of a block lie in the volume.
     exists: Vec<bool>,
     /// Whether all do.
     whole: bool,
     detail: Search<'a>,
 }
 
-/// What codes the blocks of a frame.
+/// Codes the blocks of a frame.
 struct Coder<'a> {
     geometry: &'a Geometry,
     levels: Levels,
@@ -149,8 +149,8 @@ impl<'a> Coder<'a> {
         Self { geometry, levels, tables, integers, coarse: Search::new(coarse, None), cuts }
     }
 
-    /// Appends means and indices of a frame, which are held meanwhile; returns the largest error of a voxel, integers
-    /// rounded.
+    /// Appends means and indices of a frame, which are held in memory until then. Returns the largest error of a voxel,
+    /// integers rounded.
     fn frame(
         &self,
         source: &dyn BrickSource,
@@ -194,13 +194,13 @@ impl<'a> Coder<'a> {
         codes
     }
 
-    /// Appends the codes of blocks that are cut alike.
+    /// Appends the codes of blocks that the border cuts alike.
     fn blocks(&self, values: &[f32], cut: &Cut<'_>, codes: &mut Codes) {
         let [coarse, detail] = self.tables;
         let dimension = cut.exists.len();
         let channels = dimension / VOXELS as usize;
         let levels: Vec<f32> = values.iter().map(|v| self.levels.of(*v)).collect();
-        // What the stages so far add up to, of every value.
+        // The sum of the stages so far, for every value.
         let mut sums = Vec::with_capacity(values.len());
         let (mut differences, mut counts) = (Vec::new(), Vec::new());
         for levels in levels.chunks_exact(dimension) {
@@ -240,8 +240,8 @@ impl<'a> Coder<'a> {
         }
     }
 
-    /// Adds a codeword, unless the block as it decodes would be further off than without: where values are rounded or
-    /// clamped, what is nearest in levels may not be nearest in the end. Says whether it did.
+    /// Adds a codeword, unless the decoded block would then be less accurate. If values are rounded or clamped, the
+    /// nearest codeword in levels need not be the best. Returns whether it was added.
     fn add(&self, values: &[f32], exists: &[bool], sums: &mut [i32], added: impl Fn(usize) -> i32) -> bool {
         let error = |with: &dyn Fn(usize) -> i32| -> f64 {
             let kept = values.iter().enumerate().filter(|(i, _)| exists[*i]);
@@ -256,8 +256,8 @@ impl<'a> Coder<'a> {
     }
 }
 
-/// The codeword nearest to the means of sub-blocks, each counting as many times as it has voxels; the first of equally
-/// near ones.
+/// The codeword nearest to the means of sub-blocks. Each mean counts as many times as its sub-block has voxels. The
+/// first of equally near ones.
 fn nearest_weighted(codebook: &Codebook, row: &[f32], counts: &[u32]) -> u32 {
     let channels = row.len() / counts.len();
     let mut best = (0, f64::INFINITY);

@@ -1,4 +1,4 @@
-//! Where means, indices and codewords lie in the two tensors.
+//! Positions of means, indices and codewords in the two tensors.
 
 use cvr_codebook::Quantiser;
 use cvr_core::codec::Block;
@@ -39,7 +39,7 @@ pub struct Parameters {
     pub coarse: StageParameters,
     /// Differences of voxels.
     pub detail: StageParameters,
-    /// Where the tables come from; decoding needs nothing of it.
+    /// Training of the tables. The decoder does not use it.
     pub training: TrainingRecord,
 }
 
@@ -69,7 +69,7 @@ pub struct StageRecord {
     pub rounds: Vec<u32>,
 }
 
-/// Numbers of one width, one after the other, from a word on.
+/// Numbers of one width, packed from a word on.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Plane {
     /// First word within a frame.
@@ -85,7 +85,7 @@ pub struct Plane {
 pub struct Stage {
     /// Codewords of each table.
     pub tables: Vec<u32>,
-    /// Where the indices of a frame lie.
+    /// Position of a frame's indices.
     pub plane: Plane,
     /// Values of a codeword.
     pub dimension: u32,
@@ -106,11 +106,11 @@ pub struct Geometry {
     pub grid: BlockGrid,
     /// Values per voxel: 1 or 3.
     pub channels: u32,
-    /// What a level is worth.
+    /// Values of levels.
     pub levels: Quantiser,
     /// Highest level.
     pub top: u32,
-    /// Where the means of a frame lie, the channels of a block side by side.
+    /// Position of a frame's means. The channels of a block are adjacent.
     pub means: Plane,
     /// Levels per code of a mean.
     pub mean_step: u32,
@@ -129,7 +129,7 @@ pub fn block() -> Block {
 }
 
 impl Geometry {
-    /// The geometry, or `None` when the parameters are outside their ranges or contradict the layout.
+    /// The geometry. `None` if the parameters are out of range or contradict the layout.
     #[must_use]
     pub fn new(layout: &VolumeLayout, parameters: &Parameters) -> Option<Self> {
         let p = parameters;
@@ -212,7 +212,7 @@ impl Geometry {
         (32 / self.codeword_bits).ilog2()
     }
 
-    /// Tables of a stream: one for all frames, or one for each.
+    /// Number of tables of a stream: one for all frames, or one per frame.
     #[must_use]
     pub fn tables(&self) -> usize {
         self.coarse.tables.len()
@@ -224,7 +224,7 @@ impl Geometry {
         if self.tables() == 1 { 0 } else { frame as usize }
     }
 
-    /// Words of one table: those of both stages.
+    /// Words of one table, over both stages.
     #[must_use]
     pub const fn table_words(&self) -> u64 {
         self.coarse.words + self.detail.words
@@ -248,8 +248,8 @@ impl Geometry {
         [u64::from(frames), self.index_words()]
     }
 
-    /// Whether a shader, which counts blocks and words in 32 bits, can address one frame. Codewords always fit: 65536 of
-    /// 64 RGB voxels are less than 2^24 values.
+    /// Whether a shader can address one frame with 32-bit numbers of blocks and words. Codewords always fit: 65536 of
+    /// 64 RGB voxels have fewer than 2^24 values.
     #[must_use]
     pub const fn fits_a_shader(&self) -> bool {
         self.grid.blocks().voxels() * self.channels as u64 <= u32::MAX as u64

@@ -1,8 +1,8 @@
-//! Hierarchical vector quantisation: the mean of a block of 4³ voxels, a codebook of what the means of its eight 2³
-//! sub-blocks differ from it, and one of what the voxels differ from those.
+//! Hierarchical vector quantisation of blocks of 4³ voxels: the mean of a block; a codebook of differences between the
+//! means of its eight 2³ sub-blocks and that mean; and a codebook of differences between the voxels and those means.
 //!
-//! After J. Schneider and R. Westermann, IEEE Visualization 2003. The stream and the departures from the paper stand in
-//! this crate's README.md.
+//! After J. Schneider and R. Westermann, IEEE Visualization 2003. This crate's README.md specifies the stream and lists
+//! the differences from the paper.
 
 mod blocks;
 pub mod decode;
@@ -105,7 +105,7 @@ impl Codec for Hvq {
         STAGES
     }
 
-    /// Of 4³ voxels.
+    /// Blocks of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
         Some(geometry::block())
     }

@@ -1,4 +1,4 @@
-//! A stream of `hvq`, checked once: bricks on the CPU, and what a shader needs.
+//! A checked stream of `hvq`: bricks on the CPU, and the data of the shader.
 
 use cvr_codebook::pack::{code_ranges, first_beyond};
 use cvr_core::codec::{Agreement, DecodeError, DecodedForm, Resource, WgslModule, check_stream};
@@ -20,7 +20,7 @@ pub struct Reader {
     geometry: Geometry,
     codebook: PartedTensor,
     index: PartedTensor,
-    /// Per table, those of the coarse and of the detail codewords.
+    /// Per table, the ranges of the coarse and of the detail codewords.
     ranges: Vec<[Ranges; 2]>,
     agreement: Agreement,
 }
@@ -45,7 +45,7 @@ impl Reader {
     }
 }
 
-/// Every index names a codeword of its table, so that no later fetch reads outside.
+/// Checks that every index names a codeword of its table, so that no later fetch reads outside.
 fn check_indices(layout: &VolumeLayout, g: &Geometry, index: &PartedTensor) -> Result<(), DecodeError> {
     for frame in 0..layout.frames {
         for (name, stage) in [("coarse", &g.coarse), ("detail", &g.detail)] {
@@ -62,7 +62,7 @@ fn check_indices(layout: &VolumeLayout, g: &Geometry, index: &PartedTensor) -> R
     Ok(())
 }
 
-/// What a block can decode to: its means, and what its codewords add at the lowest and the highest.
+/// The range of a block: its means, plus the lowest and highest codes of its codewords.
 fn block_range(frame: &Frame<'_>, ranges: &[Ranges; 2], block: [u32; 3]) -> ValueRange {
     let g = frame.geometry;
     let [b, coarse, detail] = frame.head_of(block);
@@ -95,7 +95,7 @@ impl StreamReader for Reader {
         }
     }
 
-    /// Of the blocks that the region touches.
+    /// The range over the blocks that the region touches.
     fn range(&self, key: BrickKey) -> Option<ValueRange> {
         let frame = self.frame(key.frame, key.level);
         let ranges = &self.ranges[self.geometry.table_of(key.frame.0)];

@@ -1,15 +1,15 @@
-//! The two stages of differences: what a code adds to a level, and where codewords lie.
+//! The two stages of differences: the levels that a code adds, and the positions of codewords.
 
 use cvr_codebook::{Quantiser, index_bits};
 use serde::{Deserialize, Serialize};
 
 use crate::MOST_CODEWORDS;
 
-/// How the codewords of one stage are stored: a code adds `(code − zero) · step` levels.
+/// Storage of the codewords of one stage: a code adds `(code − zero) · step` levels.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StageParameters {
-    /// Codewords of each table: one table for all frames, or one for each.
+    /// Number of codewords of each table: one table for all frames, or one per frame.
     pub tables: Vec<u32>,
     /// The code that adds nothing.
     pub zero: u32,
@@ -17,25 +17,25 @@ pub struct StageParameters {
     pub step: u32,
 }
 
-/// Levels that a code can add, beyond which a stream is none: far more than any encoder asks for, and sums of three stay
-/// within 32 bits.
+/// Most levels that a code may add. A stream with more is refused. It is far more than any encoder uses, and sums of
+/// three stay within 32 bits.
 const MOST_LEVELS: u64 = 1 << 24;
 
 impl StageParameters {
-    /// Zero and step by which codes of `bits` bits reach from `low` to `high` levels within half a step; `low` is at most
-    /// 0 and `high` at least. The finest step that does.
+    /// The finest step, with its zero, so that codes of `bits` bits cover `low` to `high` levels within half a step.
+    /// `low` is at most 0 and `high` at least 0.
     pub fn reaching(low: f64, high: f64, bits: u32) -> Self {
         let most = (1_u32 << bits) - 1;
         let codes = |levels: f64, step: u32| (levels / f64::from(step)).round() as u32;
         let fits = |step: &u32| codes(-low, *step) + codes(high, *step) <= most;
-        // Both ends are rounded, so that the step may be one more than the range asks for.
+        // Both ends are rounded, so the step may need to be one larger than the range suggests.
         let least = (((high - low) / f64::from(most)).floor() as u32).max(1);
         let step = (least..).find(fits).unwrap_or(least);
         let (below, above) = (codes(-low, step), codes(high, step));
         Self { tables: Vec::new(), zero: below + (most - below - above) / 2, step }
     }
 
-    /// Whether codes of `bits` bits can mean this.
+    /// Whether these parameters are valid for codes of `bits` bits.
     pub fn is_sound(&self, bits: u32, frames: u32) -> bool {
         let most = (1_u64 << bits) - 1;
         (self.tables.len() == 1 || self.tables.len() == frames as usize)
@@ -45,7 +45,7 @@ impl StageParameters {
             && u64::from(self.step) * most <= MOST_LEVELS
     }
 
-    /// The same as a quantiser whose values are levels; `None` when this is not sound.
+    /// The same as a quantiser whose values are levels. `None` if the parameters are invalid.
     pub fn quantiser(&self, bits: u32) -> Option<Quantiser> {
         let (zero, step) = (self.zero as f32, self.step as f32);
         // 0 − 0 is 0, and not −0.

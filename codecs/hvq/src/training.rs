@@ -1,4 +1,4 @@
-//! Codebooks of both stages, each trained on what the stages before it leave over as a decoder adds them up.
+//! Codebooks of both stages. Each is trained on the remainder of the earlier stages, as a decoder sums them.
 
 use std::ops::Range;
 
@@ -12,9 +12,9 @@ use crate::blocks::{Levels, Means, sub_block_of};
 use crate::geometry::{StageRecord, block};
 use crate::stage::StageParameters;
 
-/// A round of training that gains less than this part of the distortion is the last.
+/// Training stops after a round that reduces the distortion by less than this fraction.
 const GAIN: f64 = 1e-3;
-/// The same as long as codewords are not yet as coarse as they will be stored.
+/// The same for the first training, whose codewords are finer than the stored ones.
 const FIRST_GAIN: f64 = 1e-2;
 
 /// The codebooks of a stage.
@@ -28,7 +28,7 @@ pub struct Tables {
     pub record: StageRecord,
 }
 
-/// Where training blocks come from.
+/// Source and settings of training.
 pub struct Trainer<'a> {
     /// Sizes of the coarse and of the detail codebook.
     pub codewords: [u32; 2],
@@ -45,7 +45,7 @@ pub struct Trainer<'a> {
 type Set<'a> = dyn Fn(usize) -> Result<Vectors, EncodeError> + 'a;
 
 impl Trainer<'_> {
-    /// Both stages, and how many blocks each table was trained on.
+    /// The tables of both stages, and the number of training blocks of each table.
     pub fn tables(&self) -> Result<([Tables; 2], Vec<u64>), EncodeError> {
         let [coarse_size, detail_size] = self.codewords.map(|size| size as usize);
         let coarse = self.stage(coarse_size, &|table| Ok(self.coarse(&self.blocks(table)?).merged()))?;
@@ -66,7 +66,7 @@ impl Trainer<'_> {
         Ok(self.levels.vectors(&blocks))
     }
 
-    /// The quantised mean of each channel of a block, in levels, and what its sub-blocks differ from it.
+    /// The quantised mean of each channel of a block, in levels, and the differences of its sub-blocks from it.
     fn of_block(&self, levels: &[f32]) -> (Vec<i32>, Vec<f32>) {
         let means = Means::of(levels, |_| true);
         let added = |mean: &f64| (self.levels.mean_code(*mean) * self.levels.mean_step) as i32;
@@ -76,7 +76,7 @@ impl Trainer<'_> {
         (block, differences)
     }
 
-    /// What the first stage leaves over of the means of sub-blocks.
+    /// The remainder of the sub-blocks' means after the first stage.
     fn coarse(&self, blocks: &Vectors) -> Vectors {
         let mut vectors: Option<Vectors> = None;
         for i in 0..blocks.len() {
@@ -88,7 +88,7 @@ impl Trainer<'_> {
         vectors.unwrap_or_else(|| Vectors::new(1))
     }
 
-    /// What the first two stages leave over of voxels.
+    /// The remainder of the voxels after the first two stages.
     fn detail(&self, blocks: &Vectors, coarse: &Codebook) -> Vectors {
         let nearest = Search::new(coarse, None).all(&self.coarse(blocks));
         let mut vectors = Vectors::new(blocks.dimension());
@@ -108,12 +108,13 @@ impl Trainer<'_> {
         vectors
     }
 
-    /// The codebooks of one stage: first with codewords of 16 bits over all that is left over, then with codes of the
-    /// width that is asked for, over the range of these codewords. A frame's first codebook is that of the frame before.
+    /// The codebooks of one stage: first with codewords of 16 bits over the whole remainder, then with codes of the
+    /// requested width over the range of these codewords. Training of a frame starts from the codebook of the frame
+    /// before.
     fn stage(&self, size: usize, set: &Set<'_>) -> Result<Tables, EncodeError> {
         let (codeword_bits, iterations) = (self.codeword_bits, self.with.iterations);
         let tables = self.served.len();
-        // The set of a single table is kept; those of many frames would not fit.
+        // The set of a single table is kept. Those of many frames would not fit.
         let only = if tables == 1 { Some(set(0)?) } else { None };
         let with = |table: usize, train: &mut dyn FnMut(&Vectors) -> Result<Trained, EncodeError>| match &only
         {
@@ -179,8 +180,8 @@ fn stored(codebook: &Codebook, quantiser: Quantiser) -> Codebook {
     Codebook::nearest_to(&values, codebook.dimension(), quantiser)
 }
 
-/// The same codebook with the codeword that adds nothing in the first place, so that no block is worse off with a stage
-/// than without it. In a full codebook it stands for that codeword whose vectors lose least by it.
+/// The same codebook, with a codeword that adds nothing at index 0, so that a stage never makes a block worse. In a
+/// full codebook it replaces the codeword whose vectors lose least.
 fn with_zero(codebook: &Codebook, vectors: &Vectors, size: usize) -> Codebook {
     let norm = |k: usize| codebook.codeword(k).iter().map(|v| f64::from(*v).powi(2)).sum::<f64>();
     let zero = (0..codebook.size()).find(|k| codebook.codeword(*k).iter().all(|v| *v == 0.0));

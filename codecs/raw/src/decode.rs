@@ -1,4 +1,4 @@
-//! One sample out of its word: the twin of decode.wgsl, function for function. This one defines the codec.
+//! Decodes one sample of a word. The twin of decode.wgsl, function for function. This code defines the codec.
 
 use cvr_core::kit::{FetchVoxels, Voxel};
 use cvr_core::volume::{Extent, Region};
@@ -10,7 +10,7 @@ use crate::form::{Form, Kind};
 pub struct Frame<'a> {
     /// The words of the frame, `words_per_frame` of them.
     pub samples: &'a [u32],
-    /// How codes sit in them.
+    /// How the words hold codes.
     pub form: Form,
     /// Voxels along x, y, z.
     pub extent: Extent,
@@ -30,7 +30,7 @@ pub fn code(form: &Form, samples: &[u32], i: usize) -> u32 {
     (word >> (lane * form.bits)) & (u32::MAX >> (32 - form.bits))
 }
 
-/// Value of an IEEE half, by integer means alone: subnormal halves are normal singles, and no device flushes them.
+/// Value of an IEEE half, with integer arithmetic only. Subnormal halves are normal singles, so no device flushes them.
 #[must_use]
 #[inline]
 pub fn half(code: u32) -> f32 {

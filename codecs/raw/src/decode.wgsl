@@ -1,4 +1,4 @@
-// One sample out of its word: the twin of decode.rs, function for function.
+// Decodes one sample of a word. The twin of decode.rs, function for function.
 //
 // Constants: raw_bits (8, 16 or 32), raw_lanes_log2, raw_kind (form.rs), raw_offset, raw_step, raw_high,
 // raw_extent, raw_channels. Resource: raw_samples.

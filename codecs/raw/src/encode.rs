@@ -1,4 +1,4 @@
-//! The encoder: slabs of slices, packed in parallel, in the order of the samples.
+//! The encoder: chunks of slices, packed in parallel, in the order of the samples.
 
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
@@ -9,13 +9,13 @@ use crate::SAMPLES;
 use crate::decode::value;
 use crate::form::{Bits, Form, Kind, Parameters};
 
-/// Slices read at a time: a multiple of 4, so that every slab but a frame's last fills whole words.
+/// Slices read at a time: a multiple of 4, so that every chunk except a frame's last fills whole words.
 const SLAB: u32 = 8;
 
 /// Largest finite half.
 const HALF_MAX: f32 = 65504.0;
 
-/// Smallest step of `bits = 8`: below it a device that flushes subnormals would lose whole steps.
+/// Smallest step of `bits = 8`. With a smaller one, a device that flushes subnormals would lose whole steps.
 const SMALLEST_STEP: f32 = 1.0 / (1_u128 << 100) as f32;
 
 /// Encodes with one value of the setting `bits`.
@@ -51,7 +51,8 @@ impl Encoder for RawEncoder {
             }
         }
         out.shape(SAMPLES, &[u64::from(layout.frames), form.words_per_frame(&layout)])?;
-        // The quantiser's own range is a parameter of decoding; elsewhere the decoded range is for information.
+        // With 8 bits, the quantiser's range is a parameter of decoding. Otherwise the decoded range is only
+        // informative.
         let range = if self.bits == Bits::Eight { range } else { decoded.unwrap_or(ZERO) };
         out.parameters_of(&Parameters { bits: self.bits, range })?;
         Ok(EncodeReport { error_bound: Some(error_bound), notes: Vec::new() })
@@ -130,7 +131,7 @@ fn read(source: &dyn BrickSource, frame: FrameIndex, region: Region) -> Result<V
     Ok(values)
 }
 
-/// The range of the whole volume, if 8 bits can be spread over it.
+/// The range of the whole volume, if 8 bits can cover it.
 fn quantiser_range(source: &dyn BrickSource) -> Result<ValueRange, EncodeError> {
     let layout = source.layout();
     let mut range: Option<ValueRange> = None;

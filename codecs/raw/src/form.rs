@@ -1,4 +1,4 @@
-//! How a sample sits in a 32-bit word, and the parameters of the stream.
+//! How a 32-bit word holds samples, and the parameters of the stream.
 
 use cvr_core::volume::{SampleType, ValueRange, VolumeLayout};
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ impl Bits {
     }
 }
 
-/// What a code means. The discriminant is the constant `raw_kind` of decode.wgsl.
+/// The meaning of a code. The discriminant is the constant `raw_kind` of decode.wgsl.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Kind {
@@ -46,7 +46,7 @@ pub enum Kind {
     Scaled = 4,
 }
 
-/// Everything that turns a word into values; the constants of decode.wgsl.
+/// Everything that converts a word to values: the constants of decode.wgsl.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Form {
     /// Bits per code: 8, 16 or 32.
@@ -74,7 +74,7 @@ pub struct Parameters {
 }
 
 impl Form {
-    /// The form of samples of type `sample` under `bits`; `range` is the range of the volume.
+    /// The form of samples of type `sample` under `bits`. `range` is the range of the volume.
     #[must_use]
     pub fn new(bits: Bits, sample: SampleType, range: ValueRange) -> Self {
         let (width, kind) = match (bits, sample.integer_range()) {
@@ -101,7 +101,7 @@ impl Form {
         1 << self.lanes_log2
     }
 
-    /// Words of one frame; its last word is padded with zero codes.
+    /// Words of one frame. The last word is padded with zero codes.
     #[must_use]
     pub const fn words_per_frame(&self, layout: &VolumeLayout) -> u64 {
         layout.samples_per_frame().div_ceil(1 << self.lanes_log2)

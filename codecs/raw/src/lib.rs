@@ -1,6 +1,6 @@
 //! The uncompressed codec: samples in their own type, in 8 bits, or in half precision.
 //!
-//! It is the baseline of every comparison. The stream is specified in this crate's README.md.
+//! It is the baseline of every comparison. This crate's README.md specifies the stream.
 
 pub mod decode;
 mod encode;

@@ -1,4 +1,4 @@
-//! A stream of `raw`, checked once: bricks on the CPU, and what a shader needs.
+//! A checked stream of `raw`: bricks on the CPU, and the data of the shader.
 
 use cvr_core::codec::{Agreement, DecodeError, DecodedForm, Resource, TexelFormat, WgslModule, check_stream};
 use cvr_core::container::EncodedVolume;
@@ -37,7 +37,7 @@ impl Reader {
     }
 }
 
-/// Whether what a word holds is finite: no encoder writes anything else.
+/// Whether all values of a word are finite. Encoders write only finite values.
 const fn is_finite(kind: Kind, word: u32) -> bool {
     const HALF: u32 = 0x7c00;
     match kind {
@@ -94,7 +94,7 @@ impl StreamReader for Reader {
 
     fn agreement(&self) -> Agreement {
         match self.form.kind {
-            // A fused multiply-add saves one rounding of the product, half an ulp of at most twice the magnitude.
+            // A fused multiply-add omits one rounding of the product: half an ulp of at most twice the magnitude.
             Kind::Scaled => Agreement::Ulp(2),
             _ => Agreement::Exact,
         }

@@ -1,5 +1,5 @@
-//! One voxel out of the two volumes: the twin of decode.wgsl, function for function, but that cells and rows are the kit's
-//! here. This one defines the codec.
+//! Decodes one voxel from the two volumes. The twin of decode.wgsl, function for function, except that the kit derives
+//! cells and rows here. This code defines the codec.
 
 use cvr_core::kit::{BlockFrame, BlockGrid};
 use cvr_core::volume::ValueRange;
@@ -17,7 +17,7 @@ pub struct Frame<'a> {
     pub geometry: &'a Geometry,
 }
 
-/// What the voxels of a block share.
+/// Data that the voxels of a block share.
 #[derive(Copy, Clone, Debug)]
 pub struct Head {
     /// Minimum and maximum of each channel.
@@ -27,7 +27,7 @@ pub struct Head {
 }
 
 impl Frame<'_> {
-    /// An endpoint of an integer type, from its code in the low bits.
+    /// An endpoint of an integer type, from the code in its low bits.
     #[inline]
     fn integer(&self, code: u32) -> f32 {
         let shift = 32 - self.geometry.endpoint.bits;
@@ -38,7 +38,7 @@ impl Frame<'_> {
         (high >> shift) as f32
     }
 
-    /// Minimum and maximum of an entry (block in memory order × channels + channel).
+    /// Minimum and maximum of entry `entry` (block in memory order × channels + channel).
     ///
     /// # Panics
     /// When there is no such entry.
@@ -56,7 +56,7 @@ impl Frame<'_> {
         [self.integer(word), self.integer(word >> 8)]
     }
 
-    /// Equation 2 of the paper: the only float expression of the codec.
+    /// Equation 2 of the paper. It is the codec's only floating-point expression.
     #[must_use]
     #[inline]
     pub fn value(&self, ends: [f32; 2], index: u32) -> f32 {
@@ -78,7 +78,7 @@ impl Frame<'_> {
             * self.geometry.row_words as usize
     }
 
-    /// The range of a block, of all channels.
+    /// The range of a block over all channels.
     ///
     /// # Panics
     /// When there is no such block.
@@ -120,8 +120,8 @@ impl BlockFrame for Frame<'_> {
     }
 }
 
-/// Equation 2 with the division turned into a product: `min + (max − min)·index/(2^i − 1)`, held at the maximum,
-/// which rounding might pass.
+/// Equation 2, with the division as a product: `min + (max − min)·index/(2^i − 1)`, limited to the maximum, which
+/// rounding might exceed.
 #[inline]
 pub(crate) fn value(ends: [f32; 2], index: u32, reciprocal: f32) -> f32 {
     (ends[0] + (ends[1] - ends[0]) * (index as f32 * reciprocal)).min(ends[1])

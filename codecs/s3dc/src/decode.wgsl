@@ -1,4 +1,4 @@
-// One voxel out of the two volumes: the twin of decode.rs, function for function.
+// Decodes one voxel from the two volumes. The twin of decode.rs, function for function.
 //
 // Constants: s3dc_block, s3dc_grid (vec3<u32>), s3dc_height (voxels along y), s3dc_channels, s3dc_index_bits,
 // s3dc_row_words, s3dc_endpoint_bits, s3dc_signed, s3dc_reciprocal. Resources: s3dc_minmax, s3dc_index.

@@ -1,4 +1,4 @@
-//! The encoder: one slab of blocks at a time, its block rows in parallel.
+//! The encoder: one slab of blocks at a time, with its rows of blocks in parallel.
 
 use cvr_core::codec::{Block, EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
@@ -10,12 +10,12 @@ use crate::endpoint::EntryPacker;
 use crate::geometry::{Geometry, Parameters};
 use crate::{INDEX, MINMAX};
 
-/// Smallest step between two levels of a float block, 2^-100. Below it products come near the subnormals, which
-/// a device may flush: such a block is coded as its minimum.
+/// Smallest step between two levels of a float block: 2^-100. With a smaller step, products come near the subnormals,
+/// which a device may flush. Such a block is coded as its minimum.
 const SMALLEST_STEP: f64 = 1.0 / (1_u128 << 100) as f64;
 
-/// Rounding of the decoder's float expression, in units in the last place of the block's largest magnitude: the
-/// difference 1, the factor 4, the product 1, the sum 1/2; rounded up.
+/// Rounding of the decoder's floating-point expression, in units in the last place of the block's largest magnitude:
+/// difference 1, factor 4, product 1, sum 1/2, rounded up.
 pub const SLACK_ULP: f64 = 8.0;
 
 /// Encodes with one block size and index width.
@@ -32,7 +32,7 @@ struct CodedRow {
     /// Rows of indices, y fastest, `row_words` each.
     index: Vec<u32>,
     bound: f64,
-    /// Blocks × channels whose step is below [`SMALLEST_STEP`].
+    /// Number of blocks × channels whose step is below [`SMALLEST_STEP`].
     flattened: u64,
 }
 
@@ -78,7 +78,7 @@ impl Encoder for S3dcEncoder {
     }
 }
 
-/// Appends the indices of a slab in the order of the volume: slices of the slab, in them block rows, in them rows.
+/// Appends the indices of a slab in volume order: slices, then rows of blocks, then rows of voxels.
 fn append_index(
     out: &mut dyn StreamWriter,
     geometry: &Geometry,
@@ -132,7 +132,7 @@ fn encode_block_row(g: &Geometry, voxels: &BlockRow) -> Result<CodedRow, EncodeE
     Ok(row)
 }
 
-/// Turns the values of one block and channel into indices.
+/// Converts the values of one block and channel to indices.
 struct Quantiser {
     ends: [f32; 2],
     levels: u32,
@@ -165,7 +165,7 @@ impl Quantiser {
         Ok(Self { ends, levels: g.levels(), reciprocal: g.reciprocal, integers, bound, flattened })
     }
 
-    /// Equation 1 of the paper, in double precision: the nearest level.
+    /// Equation 1 of the paper in double precision: the nearest level.
     fn index(&self, v: f32) -> u32 {
         let [low, high] = self.ends.map(f64::from);
         let index = ((f64::from(v) - low) * f64::from(self.levels) / (high - low) + 0.5).floor();

@@ -1,4 +1,4 @@
-//! How a block's minimum and maximum are stored: in the sample's own type, so that they are exact.
+//! Storage of a block's minimum and maximum: in the sample's own type, so that they are exact.
 
 use cvr_core::volume::SampleType;
 
@@ -40,7 +40,7 @@ impl Endpoint {
     }
 }
 
-/// Packs entries, one after the other, into words; an entry of 16 bits waits for its neighbour.
+/// Packs entries into words, one after another. An entry of 16 bits is held until its neighbour comes.
 #[derive(Debug)]
 pub struct EntryPacker {
     endpoint: Endpoint,

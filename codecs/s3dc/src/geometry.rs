@@ -1,4 +1,4 @@
-//! Where blocks, endpoints and indices lie in the two tensors.
+//! Positions of blocks, endpoints and indices in the two tensors.
 
 use cvr_core::codec::Block;
 use cvr_core::kit::BlockGrid;
@@ -30,12 +30,12 @@ pub struct Geometry {
     pub row_words: u64,
     /// How an endpoint is stored.
     pub endpoint: Endpoint,
-    /// `1 / (2^index_bits − 1)`, the factor that takes the largest index to 1.
+    /// `1 / (2^index_bits − 1)`: scales the largest index to 1.
     pub reciprocal: f32,
 }
 
 impl Geometry {
-    /// The geometry, or `None` when the parameters are outside their ranges (block 1..=128, bits 1, 2, 4, 8).
+    /// The geometry. `None` if the parameters are out of range (block 1..=128, bits 1, 2, 4, 8).
     #[must_use]
     pub fn new(layout: &VolumeLayout, block: Block, index_bits: u32) -> Option<Self> {
         if !matches!(index_bits, 1 | 2 | 4 | 8) || block.0.to_array().iter().any(|a| *a > 128) {
@@ -82,7 +82,7 @@ impl Geometry {
         [u64::from(frames), self.grid.volume().z().into(), self.grid.volume().y().into(), self.row_words]
     }
 
-    /// Whether a shader, which counts words and bits of a row in 32 bits, can address one frame.
+    /// Whether a shader can address one frame with 32-bit numbers of words and of bits in a row.
     #[must_use]
     pub const fn fits_a_shader(&self) -> bool {
         const LARGEST: u64 = u32::MAX as u64;

@@ -1,7 +1,7 @@
 //! S3Dc: one minimum and one maximum per block, and a short index per voxel between them.
 //!
-//! After H. Yela, I. Navazo and P.-P. Vázquez, CEIG 2008. The stream, the equations and the departures from the paper
-//! stand in this crate's README.md.
+//! After H. Yela, I. Navazo and P.-P. Vázquez, CEIG 2008. This crate's README.md specifies the stream and the
+//! equations, and lists the differences from the paper.
 
 pub mod decode;
 mod encode;

@@ -1,4 +1,4 @@
-//! A stream of `s3dc`, checked once: bricks on the CPU, and what a shader needs.
+//! A checked stream of `s3dc`: bricks on the CPU, and the data of the shader.
 
 use cvr_core::codec::{Agreement, DecodeError, Resource, WgslModule, check_stream};
 use cvr_core::container::EncodedVolume;
@@ -26,7 +26,7 @@ impl Reader {
         let geometry = Geometry::new(&layout, block, index_bits)
             .ok_or_else(|| DecodeError::Corrupt(format!("block {block} with {index_bits} index bits")))?;
         let minmax = PartedTensor::open(volume, MINMAX, &geometry.minmax_shape(layout.frames))?;
-        // A row of values is finite where both ends and the way between them are: no encoder writes anything else.
+        // The values of a block are finite if both endpoints and their difference are. Encoders write only such blocks.
         let is_range = |ends: &[u32]| {
             let [low, high] = [ends[0], ends[1]].map(f32::from_bits);
             low <= high && (high - low).is_finite()
@@ -53,7 +53,7 @@ impl StreamReader for Reader {
         Frame { minmax, index, geometry: &self.geometry }
     }
 
-    /// Of the blocks that the region touches.
+    /// The range over the blocks that the region touches.
     fn range(&self, key: BrickKey) -> Option<ValueRange> {
         let frame = self.frame(key.frame, key.level);
         self.geometry.grid.range(key.region, |block| frame.range(block))
@@ -77,8 +77,8 @@ impl StreamReader for Reader {
             .with("reciprocal", g.reciprocal)
     }
 
-    /// A fused multiply-add differs by at most 2 ulp of the block's largest magnitude; a compiler that also takes
-    /// the two products in another order, by at most 2 more.
+    /// A fused multiply-add differs by at most 2 ulp of the block's largest magnitude. A compiler that also reorders
+    /// the two products adds at most 2 more.
     fn agreement(&self) -> Agreement {
         Agreement::Ulp(4)
     }

@@ -1,9 +1,9 @@
-//! Where the bits of a stream with the payload `fixed` go, and where its error lies.
+//! Prints how the bits of a stream with the payload `fixed` are spent, and where its error lies.
 //!
 //! `CVR_DATA=folder cargo run --release -p cvr-tvq --example budget -- lidc_chest rate=0.7`
 //!
-//! Three tables: bits by part of the file; error by zone group after each stage; and other codings of the same volume: finer
-//! entries, no classes, more blocks to train on, and twice as many codewords in one codebook.
+//! Three tables: bits by part of the file; error by zone group after each stage; and other ways to code the same
+//! volume: finer entries, no classes, more training blocks, and twice as many codewords in one codebook.
 
 #![allow(clippy::unwrap_used, reason = "a program of figures, which any failure ends")]
 
@@ -25,7 +25,7 @@ const VOXELS: usize = EDGE * EDGE * EDGE;
 /// Zone groups: the mean, and the partitions.
 const GROUPS: [&str; 4] = ["DC", "LP", "BP", "HP"];
 
-/// The codec with codebooks of given sizes.
+/// The codec with codebooks of these sizes.
 #[derive(Debug)]
 struct OfSizes([usize; 3]);
 
@@ -43,17 +43,17 @@ impl Codec for OfSizes {
     }
 }
 
-/// What a stream spends.
+/// How a stream spends its bits.
 struct Spent {
     /// Bits of header and tables, codebooks, means, and the codes of each partition.
     bits: [f64; 6],
-    /// Bits of a mean, and of each partition's codes, in the first table.
+    /// Bits of a mean and of each partition's codes, in the first table.
     widths: [u32; 4],
-    /// Codewords of each partition, the most of all tables.
+    /// Codewords of each partition, the maximum over all tables.
     sizes: [usize; 3],
 }
 
-/// Blocks of the sub-volumes of a plane, x fastest.
+/// Number of blocks of each sub-volume of a plane, x fastest.
 fn sub_volumes(parameters: &Parameters) -> Vec<f64> {
     let sub = if parameters.subvolume == 0 { u32::MAX } else { parameters.subvolume / EDGE as u32 };
     let lengths = parameters.grid.map(|n| (0..n).step_by(sub as usize).map(move |at| sub.min(n - at)));
@@ -88,7 +88,7 @@ fn spent(stream: &EncodedVolume) -> Spent {
     spent
 }
 
-/// All blocks of some values, those of one channel together; beyond the border, zeros.
+/// All blocks of some values, channel by channel. Values beyond the border are zero.
 fn blocks(values: &[f64], extent: [usize; 3], channels: usize) -> Vec<f32> {
     let grid = extent.map(|e| e.div_ceil(EDGE));
     let mut blocks = vec![0.0; grid.iter().product::<usize>() * VOXELS * channels];
@@ -102,7 +102,7 @@ fn blocks(values: &[f64], extent: [usize; 3], channels: usize) -> Vec<f32> {
     blocks
 }
 
-/// Squared error of each zone group after each stage: of the means, and of each partition.
+/// Squared error of each zone group after each stage: after the means, and after each partition.
 fn errors(volume: &FiniteVolume, stream: &Arc<EncodedVolume>) -> [[f64; 4]; 4] {
     let layout = volume.layout();
     let (extent, channels) = (layout.extent.to_array().map(|e| e as usize), layout.channels as usize);

@@ -1,5 +1,6 @@
-//! Voxels and cells out of means and sums of codewords: the twin of decode.wgsl, but that cells are put together block by
-//! block here, and there codebook by codebook, in which neighbouring invocations keep together. This one defines the codec.
+//! Decodes voxels and cells from means and sums of codewords. The twin of decode.wgsl, with one difference: cells are
+//! assembled block by block here, and codebook by codebook there, which keeps neighbouring invocations together. This
+//! code defines the codec.
 
 mod check;
 mod interleave;
@@ -13,46 +14,46 @@ use crate::stream::geometry::{
 };
 use crate::stream::scale::Scale;
 
-/// One frame of a stream at some stage.
+/// One frame of a stream at a stage.
 #[derive(Copy, Clone, Debug)]
 pub struct Frame<'a> {
     /// Tables of all sub-volumes.
     pub tables: &'a [u32],
     /// Entries of all codebooks.
     pub codebook: &'a [u32],
-    /// Means and codes; of the payload `fixed` block by block, but while a stream is checked.
+    /// Means and codes. With the payload `fixed` they are ordered block by block, except while a stream is checked.
     pub index: &'a [u32],
-    /// Heads of all bricks; none for the payload `fixed`.
+    /// Heads of all bricks. Empty for the payload `fixed`.
     pub heads: &'a [u32],
-    /// Partitions that are summed, the mean included: 1 to 4, more is all.
+    /// Number of partitions to sum, the mean included: 1 to 4. More means all.
     pub stages: u32,
     /// Sizes.
     pub geometry: &'a Geometry,
 }
 
-/// Sums of one block at the ends of a cell's four rows along x; bit 0 of a row's number is y, bit 1 is z.
+/// Sums of one block at the ends of a cell's four rows along x. In a row's number, bit 0 is y and bit 1 is z.
 pub type Ends = [[i32; 2]; 4];
 
-/// What a block is the sum of, but for the place in it.
+/// The terms of a block's sum, for any place in the block.
 #[derive(Copy, Clone, Debug)]
 pub struct Terms {
     /// Its mean.
     pub mean: i32,
     /// Codewords: first word of the codebook in the tables, and the code.
     pub codes: [(u32, u32); MOST_BOOKS as usize],
-    /// How many of them there are.
+    /// Number of codewords.
     pub count: usize,
 }
 
 impl Frame<'_> {
-    /// Value of a sum, in data units: the only float expression of the codec.
+    /// Value of a sum, in data units. It is the codec's only floating-point expression.
     #[must_use]
     #[inline]
     pub fn value(&self, sum: i32) -> f32 {
         self.geometry.quantiser.value(sum.clamp(0, TOP) as u32)
     }
 
-    /// The number of `width` bits, at most 16, that begins at bit `bit` from word `first` of the indices on.
+    /// A number of `width` bits (at most 16), at bit `bit`, counted from word `first` of the indices.
     ///
     /// # Panics
     /// When it lies outside.
@@ -95,7 +96,7 @@ impl Frame<'_> {
         form >> 16 < self.stages
     }
 
-    /// What one codeword adds at a place.
+    /// The value that one codeword adds at a place.
     ///
     /// # Panics
     /// When there is no such codebook or codeword.
@@ -123,8 +124,8 @@ impl Frame<'_> {
         (code << self.tables[table as usize]) as i32
     }
 
-    /// What a block is made of where every block has one code of every codebook: block by block of the sub-volume, its mean
-    /// and its codes.
+    /// The terms of a block if every block has one code of every codebook. The indices hold mean and codes block by
+    /// block.
     fn fixed(&self, block: [u32; 3], channel: u32) -> Terms {
         let (g, table) = (self.geometry, self.table(block));
         let word = |i: u32| self.tables[(table + i) as usize];
@@ -149,7 +150,7 @@ impl Frame<'_> {
         terms
     }
 
-    /// Bits set below place `n` of 64.
+    /// Number of bits set below position `n` of 64.
     #[inline]
     const fn below(low: u32, high: u32, n: u32) -> u32 {
         if n < 32 {
@@ -167,8 +168,8 @@ impl Frame<'_> {
         (high >> (n - 32)) & 1
     }
 
-    /// What a block is made of where each keeps codes of the first so many codebooks: the brick says where its means and
-    /// codes begin, and how many codes each of its blocks keeps.
+    /// The terms of a block if each block keeps codes of the first few codebooks. The brick's head gives the start of
+    /// its means and codes, and the number of codes of each block.
     fn kept(&self, block: [u32; 3], channel: u32) -> Terms {
         let (g, table) = (self.geometry, self.table(block));
         let brick = block.map(|b| b / BRICK);
@@ -199,7 +200,7 @@ impl Frame<'_> {
         terms
     }
 
-    /// What a block is the sum of.
+    /// The terms of a block's sum.
     ///
     /// # Panics
     /// When there is no such block.
@@ -222,7 +223,7 @@ impl Frame<'_> {
         terms.mean + codes.map(|(book, code)| self.term(*book, *code, place)).sum::<i32>()
     }
 
-    /// Sums from place `low` to place `high` of a block.
+    /// Sums of a block from place `low` to place `high`.
     ///
     /// # Panics
     /// When there is no such place.
@@ -257,7 +258,7 @@ impl FetchVoxels for Frame<'_> {
         out
     }
 
-    /// What each of the one to eight blocks is the sum of is found once.
+    /// Finds the terms of each of the one to eight blocks once.
     fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> Cell {
         // Axes along which the cell reaches into another block.
         let crossed = [0, 1, 2].map(|a| u32::from(p[a] / EDGE != q[a] / EDGE));
@@ -271,7 +272,7 @@ impl FetchVoxels for Frame<'_> {
                 let terms = self.terms(from.map(|v| v / EDGE), c);
                 let sums = self.ends(&terms, from.map(|v| v % EDGE), to.map(|v| v % EDGE));
                 for (i, out) in out.iter_mut().enumerate() {
-                    // The corner's end of each axis that the cell crosses must be this block's.
+                    // Along each crossed axis, the corner's end must lie in this block.
                     if (0..3).all(|a| crossed[a] == 0 || (i >> a & 1) as u32 == side[a]) {
                         out[c as usize] = self.value(sums[i >> 1][i & 1]);
                     }
@@ -281,7 +282,7 @@ impl FetchVoxels for Frame<'_> {
         out
     }
 
-    /// What a block is the sum of is found once per block.
+    /// Finds the terms of each block once.
     fn fetch_row(&self, start: [u32; 3], out: &mut [f32]) {
         let channels = self.channels();
         let (mut p, mut rest) = (start, out);

@@ -1,21 +1,21 @@
-// Voxels and cells out of means and sums of codewords: the twin of decode.rs.
+// Decodes voxels and cells from means and sums of codewords. The twin of decode.rs.
 //
 // Constants: tvq_grid, tvq_sub_blocks, tvq_sub_grid, tvq_bricks (vec3<u32>), tvq_channels, tvq_variable, tvq_books,
 // tvq_table_words, tvq_entry_bits, tvq_lanes_log2, tvq_offset, tvq_unit. If tvq_one_table is 1, words of the only table:
 // tvq_one_means, tvq_one_planes, and of its first three codebooks tvq_one_firsts, tvq_one_forms (vec3<u32>).
 // Resources: tvq_tables, tvq_codebook, tvq_index, tvq_heads.
 
-// What a block is the sum of, but for the place in it.
+// The terms of a block's sum, for any place in the block.
 struct tvq_Terms {
     mean: i32,
     table: u32,
-    // How many codebooks there are codes of.
+    // Number of codebooks with a code.
     count: u32,
-    // Payload variable: bits of a code, and where the codes begin.
+    // Payload variable: bits of a code, and the start of the codes.
     width: u32,
     start: u32,
     bit: u32,
-    // Payload fixed: the mean's code and those of all codebooks, 64 bits at most.
+    // Payload fixed: the codes of the mean and of all codebooks, at most 64 bits.
     record: vec2<u32>,
 }
 
@@ -57,7 +57,7 @@ fn tvq_number(first: u32, bit: u32, width: u32) -> u32 {
     return number & ((1u << width) - 1u);
 }
 
-// The bits from bit 0 of a record on: as many as are asked for, 64 at most, and others behind them.
+// At least `bits` bits (at most 64) of a record, from bit 0 on. Other bits may follow.
 fn tvq_record(first: u32, bit: u32, bits: u32) -> vec2<u32> {
     let word = first + (bit >> 5u);
     let shift = bit & 31u;
@@ -79,7 +79,7 @@ fn tvq_record(first: u32, bit: u32, bits: u32) -> vec2<u32> {
     return record;
 }
 
-// The number of so many bits, 16 at most, from a bit of a record on.
+// The number of `width` bits (at most 16) at a bit of a record.
 fn tvq_field(record: vec2<u32>, bit: u32, width: u32) -> u32 {
     var number = 0u;
     if bit >= 32u {
@@ -228,7 +228,7 @@ fn tvq_code(terms: tvq_Terms, b: u32, form: u32) -> u32 {
     return tvq_field(terms.record, tvq_before(terms.table, b), form & 31u);
 }
 
-// First entry of the codeword of codebook b, and the scale of its entries: 0 where the block has none.
+// First entry of the codeword of codebook b, and the scale of its entries. 0 if the block has no such codeword.
 fn tvq_codeword(terms: tvq_Terms, b: u32) -> vec2<u32> {
     let book = tvq_book(terms.table, b);
     if b >= terms.count || !tvq_shown(book.y) {
@@ -237,7 +237,7 @@ fn tvq_codeword(terms: tvq_Terms, b: u32) -> vec2<u32> {
     return vec2<u32>(book.x + tvq_code(terms, b, book.y) * 64u, tvq_scale(book.y));
 }
 
-// What the codeword of codebook b adds.
+// The value that the codeword of codebook b adds.
 fn tvq_part(terms: tvq_Terms, b: u32, place: u32) -> i32 {
     let word = tvq_codeword(terms, b);
     if word.y == 0u {
@@ -285,8 +285,8 @@ fn tvq_codewords(row: tvq_Row, b: u32, crossed: bool) -> tvq_Codewords {
     return tvq_Codewords(low, tvq_codeword(row.high, b));
 }
 
-// What the codewords of a row add at its ends, the word fetched once when both entries are in it, as they are in one
-// block where entries have 8 bits.
+// The values that the codewords of a row add at its ends. If one word holds both entries, it is fetched once. This is
+// so within a block if entries have 8 bits.
 fn tvq_pair(words: tvq_Codewords, low_place: u32, high_place: u32) -> vec2<i32> {
     let low = words.low.x + low_place;
     let high = words.high.x + high_place;
@@ -299,8 +299,8 @@ fn tvq_pair(words: tvq_Codewords, low_place: u32, high_place: u32) -> vec2<i32> 
         * vec2<i32>(i32(words.low.y), i32(words.high.y));
 }
 
-// What one codebook adds at the corners of a cell: x from 0 to 1 in a pair, y and z from pair to pair. The places are those
-// of the rows' low and high ends.
+// The values that one codebook adds at the corners of a cell. A pair is x = 0 and x = 1; y and z go from pair to pair.
+// `places` are the low and high ends of the rows.
 fn tvq_added(rows: tvq_Rows, places: array<vec2<u32>, 4>, b: u32) -> array<vec2<i32>, 4> {
     let words_00 = tvq_codewords(rows.row_00, b, rows.crossed.x);
     var words_10 = words_00;

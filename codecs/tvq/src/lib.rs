@@ -1,7 +1,7 @@
 //! Transform vector quantisation: a mean per block, and the sum of one codeword from each of a few codebooks.
 //!
-//! After N. Fout and K.-L. Ma, IEEE Transactions on Visualization and Computer Graphics 13 (6), 2007. The stream and the
-//! departures from the paper stand in this crate's README.md.
+//! After N. Fout and K.-L. Ma, IEEE Transactions on Visualization and Computer Graphics 13 (6), 2007. This crate's
+//! README.md specifies the stream and lists the differences from the paper.
 
 pub mod decode;
 mod encode;
@@ -32,7 +32,7 @@ static INFO: CodecInfo = CodecInfo {
     methods: settings::METHODS,
 };
 
-/// What `examples/budget.rs` asks of the encoder. No part of the interface.
+/// Parts of the encoder for `examples/budget.rs`. Not a public interface.
 #[doc(hidden)]
 pub mod inside {
     use cvr_core::codec::{ConfigError, Encoder, Settings};
@@ -41,7 +41,7 @@ pub mod inside {
     pub use crate::encode::train::transform::{Basis, Transform};
     pub use crate::stream::table::Partition;
 
-    /// An encoder whose codebooks have so many codewords under the payload `fixed`, whatever they cost.
+    /// An encoder with codebooks of these sizes for the payload `fixed`, at any cost.
     ///
     /// # Errors
     /// When a setting is missing.
@@ -72,7 +72,7 @@ impl Codec for Tvq {
         4
     }
 
-    /// Of 4³ voxels.
+    /// Blocks of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
         Some(stream::geometry::block())
     }

@@ -1,4 +1,4 @@
-//! The settings: their schema, and what an encoder makes of them.
+//! The settings: their schema, and their form in the encoder.
 
 use cvr_codebook::Initial;
 use cvr_codebook::settings::{TABLES, TrainingSettings, natural};
@@ -110,21 +110,21 @@ pub const SETTINGS: &[Setting] = &[
     },
 ];
 
-/// What makes another method of it: other quantisers, transforms or trainings. The others are dials of rate and quality, or of
-/// the time that encoding takes.
+/// Settings that make another method: other quantisers, transforms or training. The other settings change rate, quality
+/// or encoding time.
 pub const METHODS: &[&str] =
     &["payload", "transform", "codevectors", "classification", "subvolume", "tables", "init"];
 
-/// What is to be reached.
+/// The target of encoding.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Target {
-    /// The bits that 24 bits of codes and 8 of means take for each block, and codebooks that so many blocks pay for.
+    /// 24 bits of codes and 8 bits of mean per block, and codebooks as large as the number of blocks pays for.
     Codes,
     /// Bits per sample of the whole file.
     Rate(f64),
     /// Decibels.
     Psnr(f64),
-    /// Decibels, if they take no more than so many bits per sample.
+    /// Decibels, with at most `rate` bits per sample.
     Both { rate: f64, psnr: f64 },
 }
 
@@ -140,9 +140,9 @@ pub struct Options {
     pub target: Target,
     /// Bits of a code; 0 = allocated.
     pub index_bits: u32,
-    /// Codewords of the codebooks of the payload `fixed`, where they are given.
+    /// Codewords of the codebooks of the payload `fixed`, if they are given.
     pub sizes: Option<[usize; 3]>,
-    /// Most codes of a block under the payload `variable`.
+    /// Most codes of a block with the payload `variable`.
     pub codes: u32,
     pub transform: Transform,
     pub confined: bool,
@@ -151,13 +151,13 @@ pub struct Options {
     pub threshold: f64,
     /// In voxels; 0 = none.
     pub subvolume: u32,
-    /// `None` where the encoder chooses.
+    /// `None`: the encoder chooses.
     pub entry_bits: Option<u32>,
     pub training: TrainingSettings,
 }
 
 impl Options {
-    /// Of complete settings.
+    /// Reads complete settings.
     ///
     /// # Errors
     /// When one is missing.

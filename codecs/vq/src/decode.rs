@@ -1,5 +1,5 @@
-//! One voxel out of indices and codewords: the twin of decode.wgsl, function for function, but that cells and rows are the
-//! kit's here. This one defines the codec.
+//! Decodes one voxel from indices and codewords. The twin of decode.wgsl, function for function, except that the kit
+//! derives cells and rows here. This code defines the codec.
 
 use cvr_codebook::pack::unpack;
 use cvr_core::kit::{BlockFrame, BlockGrid};
@@ -18,14 +18,14 @@ pub struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// Value of a code, in data units: the only float expression of the codec.
+    /// Value of a code, in data units. It is the codec's only floating-point expression.
     #[must_use]
     #[inline]
     pub fn value(&self, code: u32) -> f32 {
         self.geometry.quantiser.value(code)
     }
 
-    /// Code `i` of the codebook: the values of a codeword side by side, codeword after codeword.
+    /// Code `i` of the codebook. The values of a codeword are adjacent; codewords follow one another.
     ///
     /// # Panics
     /// When there is no such code.
@@ -37,7 +37,7 @@ impl Frame<'_> {
         (self.codebook[i >> lanes_log2] >> (lane * bits)) & ((1 << bits) - 1)
     }
 
-    /// Index of a block. 32 of them fill `index_bits` words; one may lie in two.
+    /// Index of a block. 32 indices fill `index_bits` words. An index may span two words.
     ///
     /// # Panics
     /// When there is no such block.
@@ -57,7 +57,7 @@ impl Frame<'_> {
         self.index_of(block) as usize * self.geometry.dimension() as usize
     }
 
-    /// First code of a voxel, counted from the codeword's: `inside` is its place in the block.
+    /// First code of a voxel, relative to its codeword. `inside` is the position in the block.
     #[must_use]
     #[inline]
     pub fn place(&self, inside: [u32; 3]) -> usize {

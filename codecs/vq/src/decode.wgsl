@@ -1,4 +1,4 @@
-// One voxel out of indices and codewords: the twin of decode.rs, function for function.
+// Decodes one voxel from indices and codewords. The twin of decode.rs, function for function.
 //
 // Constants: vq_block, vq_grid (vec3<u32>), vq_channels, vq_dimension (codes of a codeword), vq_index_bits,
 // vq_codeword_bits, vq_lanes_log2, vq_offset, vq_step. Resources: vq_index, vq_codebook.

@@ -1,4 +1,4 @@
-//! The encoder: a codebook from a part of the blocks, then the nearest codeword of every block.
+//! The encoder: trains a codebook on some of the blocks, then finds the nearest codeword of every block.
 
 use cvr_codebook::blocks::{cuts, inside};
 use cvr_codebook::lbg::Stop;
@@ -13,7 +13,7 @@ use cvr_core::volume::{BrickSource, FrameIndex};
 use crate::geometry::{Geometry, Parameters, TrainingRecord};
 use crate::{CODEBOOK, INDEX};
 
-/// A round of training that gains less than this part of the distortion is the last.
+/// Training stops after a round that reduces the distortion by less than this fraction.
 const GAIN: f64 = 1e-3;
 
 /// Encodes with one set of settings.
@@ -103,14 +103,14 @@ impl VqEncoder {
     }
 }
 
-/// A table in words, filled up with zeros to the length of the largest.
+/// A table as words, padded with zeros to the length of the largest.
 fn table_words(table: &Codebook, geometry: &Geometry) -> Vec<u32> {
     let mut words = table.packed();
     words.resize(geometry.table_words() as usize, 0);
     words
 }
 
-/// Appends the indices of a frame; returns the largest error of a voxel, integers rounded.
+/// Appends the indices of a frame. Returns the largest error of a voxel, integers rounded.
 fn encode_frame(
     source: &dyn BrickSource,
     g: &Geometry,
@@ -137,12 +137,12 @@ fn encode_frame(
     Ok(worst)
 }
 
-/// One search for whole blocks, and one for each way in which the volume's border cuts them.
+/// One search for whole blocks, and one for each way in which the border cuts blocks.
 struct Searches<'a> {
     geometry: &'a Geometry,
     table: &'a Codebook,
     integers: bool,
-    /// Voxels that there are of a block, which of its components these are, and the search among them.
+    /// Size of a cut block in voxels, the components that it keeps, and the search among them.
     cuts: Vec<([usize; 3], Vec<bool>, Search<'a>)>,
 }
 

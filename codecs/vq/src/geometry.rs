@@ -1,4 +1,4 @@
-//! Where indices and codewords lie in the two tensors.
+//! Positions of indices and codewords in the two tensors.
 
 use cvr_codebook::{Quantiser, index_bits};
 use cvr_core::codec::Block;
@@ -25,9 +25,9 @@ pub struct Parameters {
     pub offset: f32,
     /// Data units per code.
     pub step: f32,
-    /// Codewords of each table: one table for all frames, or one for each.
+    /// Number of codewords of each table: one table for all frames, or one per frame.
     pub tables: Vec<u32>,
-    /// Where the tables come from; decoding needs nothing of it.
+    /// Training of the tables. The decoder does not use it.
     pub training: TrainingRecord,
 }
 
@@ -63,7 +63,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// The geometry, or `None` when the parameters are outside their ranges or contradict the layout.
+    /// The geometry. `None` if the parameters are out of range or contradict the layout.
     #[must_use]
     pub fn new(layout: &VolumeLayout, parameters: &Parameters) -> Option<Self> {
         let &Parameters { block, grid, codeword_bits, offset, step, ref tables, .. } = parameters;
@@ -142,8 +142,8 @@ impl Geometry {
         [u64::from(frames), self.index_words()]
     }
 
-    /// Whether a shader, which counts blocks and words in 32 bits, can address one frame. Codewords always fit: 65536 of
-    /// 16³ RGB voxels are less than 2^30 values.
+    /// Whether a shader can address one frame with 32-bit numbers of blocks and words. Codewords always fit: 65536 of
+    /// 16³ RGB voxels have fewer than 2^30 values.
     #[must_use]
     pub const fn fits_a_shader(&self) -> bool {
         self.grid.blocks().voxels() <= u32::MAX as u64 && self.index_words() <= u32::MAX as u64

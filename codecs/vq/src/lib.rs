@@ -1,7 +1,7 @@
 //! Vector quantisation: one codebook of blocks of voxels, and one index per block.
 //!
-//! After P. Ning and L. Hesselink, Workshop on Volume Visualization 1992. The stream and the departures from the paper
-//! stand in this crate's README.md.
+//! After P. Ning and L. Hesselink, Workshop on Volume Visualization 1992. This crate's README.md specifies the stream
+//! and lists the differences from the paper.
 
 pub mod decode;
 mod encode;

@@ -1,4 +1,4 @@
-//! A stream of `vq`, checked once: bricks on the CPU, and what a shader needs.
+//! A checked stream of `vq`: bricks on the CPU, and the data of the shader.
 
 use cvr_codebook::pack::{code_ranges, first_beyond};
 use cvr_core::codec::{Agreement, DecodeError, DecodedForm, Resource, WgslModule, check_stream};
@@ -17,7 +17,7 @@ pub struct Reader {
     geometry: Geometry,
     codebook: PartedTensor,
     index: PartedTensor,
-    /// Per table, least and largest code of each codeword.
+    /// Per table, the least and largest code of each codeword.
     ranges: Vec<Vec<(u32, u32)>>,
     agreement: Agreement,
 }
@@ -38,7 +38,7 @@ impl Reader {
     }
 }
 
-/// Every index names a codeword of its table, so that no later fetch reads outside.
+/// Checks that every index names a codeword of its table, so that no later fetch reads outside.
 fn check_indices(layout: &VolumeLayout, g: &Geometry, index: &PartedTensor) -> Result<(), DecodeError> {
     for frame in 0..layout.frames {
         let size = g.tables[g.table_of(frame)];
@@ -65,7 +65,7 @@ impl StreamReader for Reader {
         Frame { index: self.index.part(frame.0 as usize), codebook, geometry: &self.geometry }
     }
 
-    /// Of the codewords of the blocks that the region touches, voxels outside the volume included.
+    /// The range over the codewords of the blocks that the region touches, including voxels outside the volume.
     fn range(&self, key: BrickKey) -> Option<ValueRange> {
         let frame = self.frame(key.frame, key.level);
         let ranges = &self.ranges[self.geometry.table_of(key.frame.0)];

@@ -1,4 +1,5 @@
-//! Voxels and cells out of the bits of their blocks: the twin of decode.wgsl, function for function. This one defines the codec.
+//! Decodes voxels and cells from the bits of their blocks. The twin of decode.wgsl, function for function. This code
+//! defines the codec.
 
 use cvr_core::kit::{FetchVoxels, Voxel, fill_from_blocks};
 use cvr_core::render::Cell;
@@ -17,7 +18,7 @@ pub struct Frame<'a> {
     pub geometry: &'a Geometry,
 }
 
-/// Where the bits of a block begin: a word, and a bit of it.
+/// Start of a block's bits: a word, and a bit in it.
 #[derive(Copy, Clone, Debug)]
 pub struct Place {
     word: usize,
@@ -29,11 +30,11 @@ pub struct Place {
 pub struct Block {
     /// Block `4·y + x`, from z = 0 on.
     columns: [[i32; 4]; 16],
-    /// As it is stored: 1 is 2^(157 − exponent) units. 0 where all is 0.
+    /// The stored exponent: 1 is 2^(157 − exponent) units. 0 if all values are 0.
     exponent: u32,
 }
 
-/// `count` bits (at most 32) from bit `at` of a block on; all must be the block's.
+/// `count` bits (at most 32) of a block, from bit `at` on. All must belong to the block.
 #[inline]
 fn take(words: &[u32], place: Place, at: u32, count: u32) -> u32 {
     if count == 0 {
@@ -48,8 +49,8 @@ fn take(words: &[u32], place: Place, at: u32, count: u32) -> u32 {
     bits & (u32::MAX >> (32 - count))
 }
 
-/// Planes of bits, the lowest first, from the highest down until a block's bits end: bit `i` of the 64 of a plane is that
-/// of coefficient `i`, counted from the lowest frequency.
+/// Bit planes, the lowest first in the result. They are read from the highest down until the block's bits end. Bit `i`
+/// of a plane's 64 bits belongs to coefficient `i`, counted from the lowest frequency.
 #[inline]
 fn planes(words: &[u32], place: Place, block_bits: u32) -> [[u32; 2]; 32] {
     let mut out = [[0; 2]; 32];
@@ -77,14 +78,14 @@ fn planes(words: &[u32], place: Place, block_bits: u32) -> [[u32; 2]; 32] {
                     break;
                 }
             }
-            // The last coefficient needs no bit: the test has told it.
+            // The last coefficient needs no bit: the group test implies it.
             let span = left.min(63 - reached);
             let zeros = window.trailing_zeros().min(span);
             let used = zeros + u32::from(zeros < span);
             reached += zeros;
             at += used;
             left -= used;
-            // Of a window that is used up nothing is left to be shifted.
+            // A window that is used up may be shifted by its whole width.
             window = window.wrapping_shr(used);
             announced = zeros == span && at < block_bits && reached < 63;
             if !announced {
@@ -99,8 +100,8 @@ fn planes(words: &[u32], place: Place, block_bits: u32) -> [[u32; 2]; 32] {
     out
 }
 
-/// 32 words of 32 bits, mirrored at the diagonal: bit `j` of word `i` comes to bit `i` of word `j`. Squares of ever fewer
-/// bits change places with those across the diagonal (Warren, *Hacker's Delight*, section 7-3).
+/// Transposes 32 words of 32 bits: bit `j` of word `i` becomes bit `i` of word `j`. Ever smaller squares are exchanged
+/// across the diagonal (Warren, *Hacker's Delight*, section 7-3).
 #[inline]
 fn mirrored(mut words: [u32; 32]) -> [u32; 32] {
     let masks = [(16, 0xffff), (8, 0xff_00ff), (4, 0x0f0f_0f0f), (2, 0x3333_3333), (1, 0x5555_5555)];
@@ -155,7 +156,8 @@ impl Block {
         value(row(&self.slice(z), y)[x], self.exponent)
     }
 
-    /// Values at the ends of a cell's four rows along x, all in this block; bit 0 of a row's number is y, bit 1 is z.
+    /// Values at the ends of a cell's four rows along x, all in this block. In a row's number, bit 0 is y and bit 1 is
+    /// z.
     #[inline]
     fn ends(&self, low: [usize; 3], high: [usize; 3]) -> [[f32; 2]; 4] {
         let slices = [self.slice(low[2]), self.slice(high[2])];
@@ -165,7 +167,7 @@ impl Block {
         })
     }
 
-    /// All 64 values, x fastest: equal to as many calls of [`Block::value`].
+    /// All 64 values, x fastest. Equal to 64 calls of [`Block::value`].
     pub(crate) fn values(&self) -> [f32; 64] {
         let mut out = [0.0; 64];
         if self.exponent == 0 {
@@ -189,8 +191,9 @@ fn row(slice: &[[i32; 4]; 4], y: usize) -> [i32; 4] {
     inverse(slice.map(|line| line[y]))
 }
 
-/// An integer as a single, rounded to nearest, ties to even, times 2^(exponent − 157): by integer means alone, so that no
-/// device rounds or flushes otherwise. What is below the normal numbers is 0, what is above the largest is the largest.
+/// An integer as a single, rounded to nearest, ties to even, times 2^(exponent − 157). Only integer arithmetic is used,
+/// so no device rounds or flushes differently. Values below the normal numbers become 0; values above the largest
+/// number become the largest.
 #[must_use]
 #[inline]
 pub(crate) fn value(integer: i32, exponent: u32) -> f32 {
@@ -222,7 +225,7 @@ pub(crate) fn value(integer: i32, exponent: u32) -> f32 {
 }
 
 impl Frame<'_> {
-    /// Where a block of a channel begins: 32 blocks fill `block_bits` words.
+    /// Start of a block of a channel. 32 blocks fill `block_bits` words.
     #[inline]
     fn place(&self, block: [u32; 3], channel: u32) -> Place {
         let Geometry { grid, block_bits, .. } = self.geometry;
@@ -258,7 +261,7 @@ impl FetchVoxels for Frame<'_> {
         out
     }
 
-    /// Each of the one to eight blocks is decoded once.
+    /// Decodes each of the one to eight blocks once.
     #[inline]
     fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> Cell {
         // Axes along which the cell reaches into another block.
@@ -273,7 +276,7 @@ impl FetchVoxels for Frame<'_> {
                 let (block, low) = split(from);
                 let ends = self.block(block, c).ends(low, split(to).1);
                 for (i, out) in out.iter_mut().enumerate() {
-                    // The corner's end of each axis that the cell crosses must be this block's.
+                    // Along each crossed axis, the corner's end must lie in this block.
                     if (0..3).all(|a| crossed[a] == 0 || (i >> a & 1) as u32 == side[a]) {
                         out[c as usize] = ends[i >> 1][i & 1];
                     }
@@ -289,13 +292,13 @@ impl FetchVoxels for Frame<'_> {
     }
 }
 
-/// Block that voxel `p` lies in, and where in it.
+/// The block of voxel `p`, and the position of `p` in it.
 #[inline]
 fn split(p: [u32; 3]) -> ([u32; 3], [usize; 3]) {
     (p.map(|v| v / EDGE), p.map(|v| (v % EDGE) as usize))
 }
 
-/// The values that bits of one block stand for.
+/// The values of one block's bits.
 #[must_use]
 pub(crate) fn decoded(words: &[u32], block_bits: u32) -> [f32; 64] {
     column_block(words, Place { word: 0, bit: 0 }, block_bits).values()
@@ -332,7 +335,7 @@ mod tests {
         assert_eq!(value((1 << 30) - 64, 255), f32::MAX);
     }
 
-    /// At the highest rate what is lost is what single precision and lifting round.
+    /// At the highest rate, only the rounding of single precision and lifting is lost.
     #[test]
     fn many_bits_give_the_values_back() {
         let values: [f32; 64] = std::array::from_fn(|i| ((i * 2_654_435_761) % 1013) as f32 - 500.0);

@@ -1,15 +1,15 @@
-// Voxels and cells out of the bits of their blocks: the twin of decode.rs, function for function.
+// Decodes voxels and cells from the bits of their blocks. The twin of decode.rs, function for function.
 //
 // Constants: zfp_grid (vec3<u32>, blocks), zfp_channels, zfp_channel_words, zfp_block_bits. Resource: zfp_blocks.
 
 struct zfp_Block {
     // Column 4 y + x, from z = 0 on.
     columns: array<vec4<i32>, 16>,
-    // As it is stored: 1 is 2^(157 - exponent) units. 0 where all is 0.
+    // The stored exponent: 1 is 2^(157 - exponent) units. 0 if all values are 0.
     exponent: u32,
 }
 
-// A place is a word, and a bit of it, where a block begins.
+// A place is the start of a block: a word, and a bit in it.
 fn zfp_take(place: vec2<u32>, at: u32, count: u32) -> u32 {
     if count == 0u {
         return 0u;
@@ -24,8 +24,9 @@ fn zfp_take(place: vec2<u32>, at: u32, count: u32) -> u32 {
     return bits & (0xffffffffu >> (32u - count));
 }
 
-// Planes of bits, the lowest first, from the highest down until a block's bits end: bit i of the 64 of a plane is that of
-// coefficient i, counted from the lowest frequency. All invocations write the same plane at the same time.
+// Bit planes, the lowest first in the result. They are read from the highest down until the block's bits end. Bit i of
+// a plane's 64 bits belongs to coefficient i, counted from the lowest frequency. All invocations write the same plane
+// at the same time.
 fn zfp_planes(place: vec2<u32>) -> array<vec2<u32>, 32> {
     var out: array<vec2<u32>, 32>;
     var at = 9u;
@@ -54,7 +55,7 @@ fn zfp_planes(place: vec2<u32>) -> array<vec2<u32>, 32> {
                     break;
                 }
             }
-            // The last coefficient needs no bit: the test has told it.
+            // The last coefficient needs no bit: the group test implies it.
             let span = min(left, 63u - reached);
             let zeros = min(firstTrailingBit(window), span);
             let used = zeros + select(0u, 1u, zeros < span);
@@ -86,7 +87,7 @@ fn zfp_exchange(a: vec4<u32>, b: vec4<u32>, shift: u32, low: u32) -> zfp_Pair {
     return zfp_Pair(a ^ (other << vec4<u32>(shift)), b ^ other);
 }
 
-// 32 words of 32 bits, mirrored at the diagonal: bit j of word i comes to bit i of word j.
+// Transposes 32 words of 32 bits: bit j of word i becomes bit i of word j.
 fn zfp_mirrored(words: array<vec4<u32>, 8>) -> array<vec4<u32>, 8> {
     var w = words;
     for (var i = 0u; i < 4u; i++) {
@@ -139,7 +140,7 @@ fn zfp_coefficients(place: vec2<u32>) -> array<vec4<u32>, 16> {
     return out;
 }
 
-// The mean of two numbers and by how much the second is larger, to both.
+// Both numbers, from their mean and the second minus the first.
 fn zfp_join(mean: i32, larger: i32) -> vec2<i32> {
     let q = mean + larger;
     return vec2<i32>(mean + mean - q, q);
@@ -263,8 +264,8 @@ fn zfp_fetch(p: vec3<i32>) -> vec4<f32> {
     let v = vec3<u32>(p);
     var out = vec4<f32>(0.0);
     var c = 0u;
-    // It ends with its last channel: a `for` would go through its body once more, with all lanes masked, on devices that
-    // have no jumps.
+    // The loop ends after its last channel. On devices without jumps, a `for` would run its body once more with all
+    // lanes masked.
     loop {
         var block = zfp_block(v / 4u, c);
         out[c] = zfp_voxel(&block, v % 4u);
@@ -276,7 +277,7 @@ fn zfp_fetch(p: vec3<i32>) -> vec4<f32> {
     return out;
 }
 
-// Values at the ends of a cell's four rows along x, all in one block; bit 0 of a row's number is y, bit 1 is z.
+// Values at the ends of a cell's four rows along x, all in one block. In a row's number, bit 0 is y and bit 1 is z.
 struct zfp_Ends {
     low: vec4<f32>,
     high: vec4<f32>,
@@ -310,8 +311,8 @@ fn zfp_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8> {
     for (var c = 0u; c < zfp_channels; c++) {
         var low = vec4<f32>(0.0);
         var high = vec4<f32>(0.0);
-        // Block by block and not corner by corner, so that neighbouring invocations are at their first block together, at
-        // their second together, whichever axes they cross.
+        // The loop goes over blocks, not corners. Neighbouring invocations then decode their first block together, then
+        // their second, and so on, regardless of the axes that they cross.
         for (var k = 0u; k < blocks; k++) {
             let side = (vec3<u32>(k) >> shifts) & crossed;
             let near = side == vec3<u32>(0u);

@@ -1,4 +1,4 @@
-//! The encoder: rows of blocks in parallel, each block filled up and coded on its own.
+//! The encoder: rows of blocks in parallel. Each block is padded and coded on its own.
 
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
@@ -17,7 +17,7 @@ pub struct ZfpEncoder {
 }
 
 impl Encoder for ZfpEncoder {
-    /// Bits of all channels but the first.
+    /// Bits of all channels except the first.
     fn scratch_bytes(&self, layout: &VolumeLayout) -> u64 {
         4 * u64::from(layout.channels - 1) * Geometry::of(layout, self.block_bits).channel_words()
     }
@@ -32,7 +32,7 @@ impl Encoder for ZfpEncoder {
         let geometry = Geometry::of(&layout, self.block_bits);
         let mut measured = Measured::NOTHING;
         for frame in (0..layout.frames).map(FrameIndex) {
-            // The stream goes channel by channel: what comes later is held until the frame is read.
+            // The stream is ordered by channel. Later channels are held until the frame is read.
             let mut joined: Vec<Joined> = (0..layout.channels).map(|_| Joined::default()).collect();
             let row = |by, bz| {
                 let row = BlockRow::read(source, block(), frame, by, bz)?;
@@ -62,7 +62,7 @@ impl Encoder for ZfpEncoder {
     }
 }
 
-/// Codes a row of blocks along x, channel by channel, and decodes it again.
+/// Codes a row of blocks along x, channel by channel, and decodes it to measure the error.
 fn code_row(g: &Geometry, row: &BlockRow, integers: bool) -> (Vec<Vec<BlockBits>>, Measured) {
     let channels = g.channels as usize;
     let mut coded: Vec<Vec<BlockBits>> = vec![Vec::new(); channels];
@@ -87,8 +87,8 @@ fn code_row(g: &Geometry, row: &BlockRow, integers: bool) -> (Vec<Vec<BlockBits>
     (coded, measured)
 }
 
-/// Fills a block up of which there are `there` voxels along x, y and z, axis by axis: beyond the last come the last again, and
-/// the first in the fourth place.
+/// Pads a block that has `there` voxels along x, y and z, axis by axis. The last voxel is repeated, and the fourth
+/// position gets the first voxel.
 fn fill(values: &mut [f32; SAMPLES], there: [usize; 3]) {
     for (stride, n) in [1, 4, 16].into_iter().zip(there) {
         for place in n..4 {
@@ -100,11 +100,11 @@ fn fill(values: &mut [f32; SAMPLES], there: [usize; 3]) {
     }
 }
 
-/// Blocks of bits one behind the other, without gaps.
+/// The bits of blocks, concatenated without gaps.
 #[derive(Default)]
 struct Joined {
     words: Vec<u32>,
-    /// Bits of the last word that are taken; 0 where it is full.
+    /// Used bits of the last word. 0 if it is full.
     taken: u32,
     /// Words that were handed on, modulo 2.
     odd: bool,
@@ -116,7 +116,7 @@ impl Joined {
             match self.words.last_mut() {
                 Some(last) if self.taken > 0 => {
                     *last |= word << self.taken;
-                    // What the last word has no room for.
+                    // The bits that do not fit into the last word.
                     if left.min(32) > 32 - self.taken {
                         self.words.push(word >> (32 - self.taken));
                     }
@@ -135,7 +135,7 @@ impl Joined {
         std::mem::replace(&mut self.words, rest)
     }
 
-    /// All that is left, up to a whole number of words of 64 bits.
+    /// All remaining words, padded to a whole number of 64-bit words.
     fn end(mut self) -> Vec<u32> {
         if self.odd != (self.words.len() % 2 == 1) {
             self.words.push(0);

@@ -1,4 +1,4 @@
-//! Where the bits of a block lie.
+//! Positions of the bits of a block.
 
 use cvr_core::codec::Block;
 use cvr_core::kit::BlockGrid;
@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 pub const EDGE: u32 = 4;
 /// Samples of a block.
 pub const SAMPLES: usize = 64;
-/// Bits in front of a block's planes: whether anything is there, and the exponent.
+/// Bits before a block's planes: a flag for a non-zero block, and the exponent.
 pub const HEADER_BITS: u32 = 9;
 /// Fewest bits per sample: a header.
 pub const LOWEST_RATE: f64 = HEADER_BITS as f64 / SAMPLES as f64;
 /// Most bits per sample: those of single precision.
 pub const HIGHEST_RATE: f64 = 32.0;
 
-/// Bits of a block at so many bits per sample, halves rounded upwards; a header at least.
+/// Bits of a block at this rate in bits per sample, halves rounded up. At least a header.
 #[must_use]
 pub fn block_bits(rate: f64) -> u32 {
     let bits = (rate.clamp(LOWEST_RATE, HIGHEST_RATE) * SAMPLES as f64 + 0.5).floor();
@@ -40,21 +40,21 @@ pub struct Parameters {
 pub struct Geometry {
     /// Blocks over the volume, edge blocks filled up.
     pub grid: BlockGrid,
-    /// Values per voxel: 1 or 3. Each channel is coded by itself.
+    /// Values per voxel: 1 or 3. Each channel is coded separately.
     pub channels: u32,
     /// Bits of a block.
     pub block_bits: u32,
 }
 
 impl Geometry {
-    /// The geometry of blocks of so many bits.
+    /// The geometry of blocks of `block_bits` bits.
     #[must_use]
     pub fn of(layout: &VolumeLayout, block_bits: u32) -> Self {
         let grid = BlockGrid::new(block(), layout.extent);
         Self { grid, channels: layout.channels, block_bits }
     }
 
-    /// The geometry, or `None` when the parameters are outside their ranges or contradict the layout.
+    /// The geometry. `None` if the parameters are out of range or contradict the layout.
     #[must_use]
     pub fn new(layout: &VolumeLayout, parameters: &Parameters) -> Option<Self> {
         let &Parameters { block_bits: bits, grid, range } = parameters;
@@ -67,7 +67,7 @@ impl Geometry {
         fits.then_some(geometry)
     }
 
-    /// Words of one channel of one frame: whole words of 64 bits, as zfp ends a stream.
+    /// Words of one channel of one frame. As in zfp, a stream ends on a 64-bit word.
     #[must_use]
     pub const fn channel_words(&self) -> u64 {
         (self.grid.blocks().voxels() * self.block_bits as u64).div_ceil(64) * 2
@@ -79,7 +79,7 @@ impl Geometry {
         [u64::from(frames), u64::from(self.channels), self.channel_words()]
     }
 
-    /// Whether a shader, which counts blocks and words in 32 bits, can address one frame.
+    /// Whether a shader can address one frame with 32-bit numbers of blocks and words.
     #[must_use]
     pub const fn fits_a_shader(&self) -> bool {
         self.grid.blocks().voxels() <= u32::MAX as u64

@@ -1,7 +1,8 @@
-//! Fixed-rate zfp: blocks of 4³ voxels, each a transform coded to as many bits as every other.
+//! Fixed-rate zfp: blocks of 4³ voxels. Each block is transformed and coded with the same number of bits.
 //!
 //! After P. Lindstrom, IEEE Transactions on Visualization and Computer Graphics 20 (12), 2014, and the description of
-//! the algorithm in zfp's documentation. The stream and where it departs from zfp stand in this crate's README.md.
+//! the algorithm in zfp's documentation. This crate's README.md specifies the stream and lists the differences from
+//! zfp.
 
 pub mod decode;
 mod encode;
@@ -58,7 +59,7 @@ impl Codec for Zfp {
         &INFO
     }
 
-    /// Of 4³ voxels.
+    /// Blocks of 4³ voxels.
     fn block(&self, _settings: &Settings) -> Option<Block> {
         Some(geometry::block())
     }

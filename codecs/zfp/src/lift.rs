@@ -1,10 +1,11 @@
 //! The transform of four values, and the order of the 64 coefficients of a block.
 //!
-//! Lindstrom 2014, section 4.2, in the form of zfp's documentation: near orthogonal, by lifting steps of integers. What a
-//! step shifts out is lost, so that the inverse of the forward transform is off by units of the last place.
+//! Lindstrom 2014, section 4.2, in the form of zfp's documentation: a nearly orthogonal transform by integer lifting
+//! steps. A step loses the bits that it shifts out, so the inverse of the forward transform differs by units in the
+//! last place.
 
-/// Coefficients of the columns along z, counted from the lowest frequency: column `4·y + x`, from z = 0 on. Coefficients are
-/// ordered by i + j + k, then by i² + j² + k² (zfp's documentation); among equals the order is zfp's.
+/// Order of the coefficients, as columns along z: column `4·y + x`, from z = 0 on; 0 is the lowest frequency.
+/// Coefficients are ordered by i + j + k, then by i² + j² + k² (zfp's documentation). Ties are in zfp's order.
 pub const COLUMNS: [[u8; 4]; 16] = [
     [0, 3, 9, 19],
     [1, 5, 15, 30],
@@ -38,7 +39,7 @@ pub const fn forward([a, b, c, d]: [i32; 4]) -> [i32; 4] {
     [mean, second.wrapping_sub(last >> 1), bow, last]
 }
 
-/// Four coefficients to four values. Sums wrap: a coefficient that was cut short may stand for more than 31 bits.
+/// Four coefficients to four values. Sums wrap: a truncated coefficient may need more than 31 bits.
 ///
 /// The rows of the matrix, in quarters: (4, 6, −4, −1), (4, 2, 4, 5), (4, −2, 4, −5), (4, −6, −4, 1).
 #[must_use]
@@ -53,13 +54,13 @@ pub const fn inverse([mean, slope, bow, wave]: [i32; 4]) -> [i32; 4] {
     [a, b, c, d]
 }
 
-/// The mean of two numbers, rounded down, and by how much the second is larger.
+/// The mean of two numbers, rounded down, and the second minus the first.
 const fn split(p: i32, q: i32) -> (i32, i32) {
     let mean = p.wrapping_add(q) >> 1;
     (mean, q.wrapping_sub(mean))
 }
 
-/// Two numbers from their mean and by how much the second is larger; one bit of the first is lost.
+/// Two numbers from their mean and the second minus the first. One bit of the first is lost.
 const fn join(mean: i32, larger: i32) -> (i32, i32) {
     let q = mean.wrapping_add(larger);
     (mean.wrapping_add(mean).wrapping_sub(q), q)
@@ -85,7 +86,7 @@ pub fn coefficients(values: &[i32; 64]) -> [i32; 64] {
     out
 }
 
-/// Along x, y and z in turn: the stride of a line, and where the lines begin.
+/// Lines along x, y and z in turn: the stride of a line, and the starts of the lines.
 const LINES: [(usize, [usize; 16]); 3] = [
     (1, [0, 4, 8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 52, 56, 60]),
     (4, [0, 1, 2, 3, 16, 17, 18, 19, 32, 33, 34, 35, 48, 49, 50, 51]),

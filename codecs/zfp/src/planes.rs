@@ -1,20 +1,20 @@
-//! Coefficients to bits: negabinary numbers, plane by plane, with a group test for what lies above the highest bit so far.
+//! Coefficients to bits: negabinary numbers, plane by plane, with group tests above the highest coefficient reached.
 //!
 //! Lindstrom 2014, section 4.4, in the form of zfp's documentation (*Algorithm*, steps 5 to 8).
 
 use crate::geometry::HEADER_BITS;
 use crate::lift::coefficients;
 
-/// Bits of −2 to every odd power.
+/// The bits of the odd powers of −2.
 pub const NEGABINARY: u32 = 0xaaaa_aaaa;
-/// Exponent under which 1 is stored as this many units in the last place: values have two bits less than their integers.
+/// Values are stored as multiples of 2^(exponent − `UNITS`), so they have two bits less than their integers.
 const UNITS: i32 = 30;
-/// What is added to an exponent to store it.
+/// Bias of the stored exponent.
 const BIAS: i32 = 127;
-/// Words of a block of most bits.
+/// Words of a block with the most bits.
 pub const MOST_WORDS: usize = 64;
 
-/// The bits of one block, which begin with the least significant of the first word.
+/// The bits of one block, starting at the least significant bit of the first word.
 #[derive(Clone, Debug)]
 pub struct BlockBits {
     words: [u32; MOST_WORDS],
@@ -23,7 +23,7 @@ pub struct BlockBits {
 }
 
 impl BlockBits {
-    /// Codes 64 finite values, x fastest, to at most `block_bits` bits; what remains of them is 0.
+    /// Codes 64 finite values, x fastest, into at most `block_bits` bits. Unused bits are 0.
     #[must_use]
     pub fn of(values: &[f32; 64], block_bits: u32) -> Self {
         let mut bits = Self { words: [0; MOST_WORDS], at: 0, end: block_bits };
@@ -47,7 +47,7 @@ impl BlockBits {
         self.end - self.at
     }
 
-    /// Appends the lowest `count` bits, all of which there is room for.
+    /// Appends the lowest `count` bits. There must be room for all of them.
     fn put(&mut self, bits: u64, count: u32) {
         let mut bits = if count < 64 { bits & ((1 << count) - 1) } else { bits };
         let mut count = count;
@@ -61,8 +61,9 @@ impl BlockBits {
         }
     }
 
-    /// Planes from the highest down, as long as there is room. Of each, as many bits as the planes above have reached, and
-    /// then, from one set bit to the next, whether there is another, and the zeros up to it.
+    /// Writes planes from the highest down while there is room. Of each plane it writes the bits of the coefficients
+    /// that earlier planes have reached. For the others it writes group tests: whether there is another set bit, then
+    /// the zeros up to it.
     fn planes(&mut self, coefficients: &[u32; 64]) {
         let mut reached = 0;
         for plane in (0..32).rev() {
@@ -75,7 +76,7 @@ impl BlockBits {
                 if more == 0 {
                     break;
                 }
-                // Of the last coefficient the test has told all.
+                // For the last coefficient the group test is enough.
                 let zeros = more.trailing_zeros();
                 let last = 63 - reached;
                 let room = self.left().min(last);
@@ -90,17 +91,17 @@ impl BlockBits {
     }
 }
 
-/// Exponent of the power of two above all magnitudes, as it is stored; 0 where all values are 0.
+/// Stored exponent of the power of two above all magnitudes. 0 if all values are 0.
 fn stored_exponent(values: &[f32; 64]) -> u32 {
     let largest = values.iter().fold(0_u32, |largest, v| largest.max(v.abs().to_bits()));
-    // 1.m · 2^e is below 2^(e + 1). A subnormal, which no source holds, counts as 0.
+    // 1.m · 2^e is below 2^(e + 1). A subnormal counts as 0; no source holds one.
     match largest >> 23 {
         0 => 0,
         biased => biased + 1,
     }
 }
 
-/// The values as multiples of 2^(exponent − 30), what is smaller cut off.
+/// The values as multiples of 2^(exponent − 30), truncated.
 fn integers(values: &[f32; 64], stored: u32) -> [i32; 64] {
     let power = UNITS + BIAS - stored as i32;
     let units = f64::from_bits(((power + 1023) as u64) << 52);

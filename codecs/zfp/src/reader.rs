@@ -1,4 +1,4 @@
-//! A stream of `zfp`, checked once: bricks on the CPU, and what a shader needs.
+//! A checked stream of `zfp`: bricks on the CPU, and the data of the shader.
 
 use cvr_core::codec::{Agreement, DecodeError, Resource, WgslModule, check_stream};
 use cvr_core::container::EncodedVolume;
@@ -46,7 +46,7 @@ impl StreamReader for Reader {
         Frame { words: self.blocks.part(frame.0 as usize), geometry: &self.geometry }
     }
 
-    /// Of the whole volume: of a block, only decoding tells.
+    /// The range of the whole volume. The range of a block is known only after decoding.
     fn range(&self, _key: BrickKey) -> Option<ValueRange> {
         Some(self.range)
     }
@@ -65,7 +65,7 @@ impl StreamReader for Reader {
             .with("block_bits", g.block_bits)
     }
 
-    /// Integers to the last step, which puts together the bits of a single.
+    /// Integers up to the last step, which assembles the bits of a single.
     fn agreement(&self) -> Agreement {
         Agreement::Exact
     }
@@ -79,7 +79,7 @@ impl StreamReader for Reader {
 mod tests {
     use crate::lift::COLUMNS;
 
-    /// The order of the coefficients stands twice: as a table, and written out.
+    /// The order of the coefficients exists twice: as a table, and written out in the shader.
     #[test]
     fn the_shader_takes_the_columns_of_the_table() {
         let source = include_str!("decode.wgsl");

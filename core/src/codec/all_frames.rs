@@ -16,8 +16,8 @@ impl ReferenceFrames for Decoded {
 }
 
 impl Decoded {
-    /// Decodes every frame; a sentence says why that fails. Where frames are predicted, the decoder keeps frames
-    /// ([`super::FrameStore`]).
+    /// Decodes every frame. The error is a sentence. For a stream with predicted frames, `decoder` must keep decoded
+    /// frames ([`super::FrameStore`]).
     pub(crate) fn at(decoder: &dyn Decoder, level: Level) -> Result<Self, String> {
         let decode = |frame: u32| {
             DecodedFrame::at(decoder, FrameIndex(frame), level)

@@ -7,19 +7,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::volume::{Extent, Region};
 
-/// Size of a block in voxels. Written `8` (a cube) or `8x8x4`; never zero.
+/// Size of a block in voxels. Its text form is `8` (a cube) or `8x8x4`. No edge is zero.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Block(pub Extent);
 
 impl Block {
-    /// The block grid over a volume: blocks along each axis, edge blocks cut.
+    /// Number of blocks along each axis. Blocks cut by the border count.
     #[must_use]
     pub const fn grid(self, volume: Extent) -> Extent {
         volume.blocks_of(self.0)
     }
 
-    /// The voxels of block `b` (grid position), cut at the volume's border.
+    /// The voxels of the block at grid position `b`, cut at the volume's border.
     #[must_use]
     pub fn region(self, b: [u32; 3], volume: Extent) -> Region {
         let [bx, by, bz] = self.0.to_array();

@@ -1,14 +1,14 @@
-//! Streams that are what texture units decode: blocks of a compressed texture format.
+//! Streams that texture units decode: blocks of a compressed texture format.
 
 use std::borrow::Cow;
 
 use super::Agreement;
 use crate::volume::Extent;
 
-/// A compressed texture format whose blocks are sets of voxels of one slice.
+/// A compressed texture format. Each of its blocks covers voxels of one slice.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum BlockFormat {
-    /// BC4, RGTC1: one channel of unsigned shares of a range, 4×4 voxels in 8 bytes.
+    /// BC4 (RGTC1): one channel, 4×4 voxels in 8 bytes. Texels are unsigned fractions of a range.
     Bc4,
 }
 
@@ -29,9 +29,9 @@ impl BlockFormat {
         }
     }
 
-    /// By how much a texture unit may be off through rounding, as a share of the range: no format here is specified to
-    /// the bit. Of BC4 a level between endpoints is the sum of two shares of them; llvmpipe cuts each to 8 bits, and so
-    /// falls below it by up to two 255ths.
+    /// Largest rounding error of a texture unit, as a fraction of the range. No format here is specified bit for bit. A
+    /// BC4 level between the endpoints is a sum of two weighted endpoints. llvmpipe truncates each to 8 bits, so it
+    /// lies up to two 255ths too low.
     #[must_use]
     pub const fn rounding(self) -> f64 {
         match self {
@@ -39,9 +39,9 @@ impl BlockFormat {
         }
     }
 
-    /// By how much the weights of a texture unit may be off, as a share of the distance between the endpoints of a block.
-    /// NVIDIA's interpolate BC4 by 257ths, and not by the nearest: 48, 96, 161, 209 for fifths, 36, 72, 113, 144, 185,
-    /// 221 for sevenths (measured on an H100, exact in all 65536 pairs of endpoints); 96/257 is 0.0265 below two fifths.
+    /// Largest error of a texture unit's weights, as a fraction of the distance between a block's endpoints. NVIDIA
+    /// interpolates BC4 in 257ths, but not the nearest ones: 48, 96, 161, 209 for fifths; 36, 72, 113, 144, 185, 221
+    /// for sevenths (measured on an H100, exact for all 65536 pairs of endpoints). 96/257 lies 0.0265 below two fifths.
     #[must_use]
     pub const fn weights(self) -> f64 {
         match self {
@@ -55,26 +55,34 @@ impl BlockFormat {
         let edge = self.edge();
         [extent.x().next_multiple_of(edge), extent.y().next_multiple_of(edge), extent.z()]
     }
+
+    /// Bytes of a volume of one channel in whole blocks.
+    #[must_use]
+    pub fn bytes(self, extent: Extent) -> u64 {
+        let [width, height, depth] = self.padded(extent).map(u64::from);
+        let edge = u64::from(self.edge());
+        width / edge * (height / edge) * depth * u64::from(self.words()) * 4
+    }
 }
 
-/// A frame as blocks that a texture unit decodes: `value = offset + scale · texel`, where texels lie in 0..1. A device
-/// that lacks the format is handed the decoded frame instead, as [`super::DecodedForm`] says.
+/// A frame as blocks that a texture unit decodes: `value = offset + scale · texel`, with texels in 0..1. A device
+/// without the format gets the decoded frame instead, in the form [`super::DecodedForm`].
 #[derive(Clone, Debug)]
 pub struct BlockTexture<'a> {
     /// Format of the blocks.
     pub format: BlockFormat,
-    /// The blocks, bytes in little-endian words: x fastest, then y, of each slice the planes of its channels one after
-    /// another. Blocks at the border are whole.
+    /// The blocks, bytes in little-endian words: x fastest, then y, then the channels of a slice, then z. Blocks at the
+    /// border are stored whole.
     pub words: Cow<'a, [u32]>,
-    /// Data units per texel unit; 0 where all voxels are `offset`.
+    /// Data units per texel unit. 0 if all voxels equal `offset`.
     pub scale: f32,
-    /// Value of texel 0, which every texture unit yields exactly.
+    /// Value of texel 0. Every texture unit returns it exactly.
     pub offset: f32,
 }
 
 impl BlockTexture<'_> {
-    /// What a texture unit is held to: no voxel is farther from the CPU decoder's than the format allows between the
-    /// endpoints of the voxel's block, and what single precision rounds.
+    /// The agreement that a texture unit must keep with the CPU decoder. It allows the errors of the format, scaled by
+    /// the endpoints of the voxel's block, and the rounding of single precision.
     #[must_use]
     pub fn agreement(&self) -> Agreement {
         let rounding = f64::from(self.scale.abs() + self.offset.abs()) * f64::from(f32::EPSILON) * 4.0;

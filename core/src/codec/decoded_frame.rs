@@ -6,7 +6,7 @@ use super::{DecodeError, Decoder, decode_level};
 use crate::memory::Held;
 use crate::volume::{FrameIndex, Level, ReferenceFrames, Region, VolumeLayout};
 
-/// A whole decoded frame at one level: what the site *host* draws from, and what predicted frames are decoded from.
+/// A whole decoded frame at one level. The site *host* draws from it, and predicted frames are decoded from it.
 #[derive(Clone, Debug)]
 pub struct DecodedFrame {
     layout: VolumeLayout,
@@ -15,7 +15,7 @@ pub struct DecodedFrame {
 }
 
 impl DecodedFrame {
-    /// From values, x fastest, channels interleaved; `None` when their number does not fit.
+    /// A frame made of `values`: x fastest, channels interleaved. `None` if their number does not match `layout`.
     #[must_use]
     pub fn new(layout: VolumeLayout, values: Vec<f32>) -> Option<Self> {
         (values.len() as u64 == layout.samples_per_frame()).then(|| Self {
@@ -33,7 +33,7 @@ impl DecodedFrame {
         Self::at(decoder, frame, Level::FULL).map(Arc::unwrap_or_clone)
     }
 
-    /// A whole frame at a level. A decoder that keeps frames hands out the one that it keeps.
+    /// A whole frame at a level. A decoder that keeps frames returns the kept one.
     ///
     /// # Errors
     /// As [`Decoder::decode_brick`].
@@ -44,7 +44,7 @@ impl DecodedFrame {
         }
     }
 
-    /// Decodes a whole frame at a level from what it is predicted from.
+    /// Decodes a whole frame at a level. `references` hold the frames that it is predicted from.
     pub(super) fn fresh(
         decoder: &dyn Decoder,
         frame: FrameIndex,
@@ -56,8 +56,8 @@ impl DecodedFrame {
         Ok(Self { layout, _held: Held::of(&values), values })
     }
 
-    /// The frame as a whole where that is how its codec decodes it (a decoder that keeps frames, or rebuilds them);
-    /// `None` where boxes of it are decoded by themselves.
+    /// The whole frame, if its codec decodes whole frames (the decoder keeps or rebuilds them). `None` if boxes decode
+    /// on their own.
     ///
     /// # Errors
     /// As [`Decoder::decode_brick`].
@@ -72,7 +72,7 @@ impl DecodedFrame {
         }
     }
 
-    /// Shape of the frame: that of the volume at the frame's level.
+    /// Shape of the frame at its level.
     #[must_use]
     pub const fn layout(&self) -> &VolumeLayout {
         &self.layout
@@ -90,7 +90,7 @@ impl DecodedFrame {
         self.values
     }
 
-    /// The values of a box, which lies inside.
+    /// Copies the values of a box. The box must lie inside the frame.
     ///
     /// # Panics
     /// When `out` has not exactly region voxels × channels elements.

@@ -7,8 +7,8 @@ use crate::container::{ContainerError, ContainerWriter, EncodedVolume, Written};
 use crate::memory::{self, Held};
 use crate::volume::{BrickSource, FiniteVolume, Replaced};
 
-/// Encodes `source` into a container at `path`. `settings` may be partial: the codec's defaults fill it, and the
-/// complete settings stand in the container. `replaced` counts the samples that were made finite beforehand.
+/// Encodes `source` into a container at `path`. `settings` may be partial: defaults complete them, and the container
+/// stores the complete settings. `replaced` counts the samples that were made finite before.
 ///
 /// # Errors
 /// When the settings are wrong, the codec cannot encode such a volume, there is no memory for it, reading or writing fails,
@@ -21,7 +21,7 @@ pub fn encode_file(
     path: &Path,
     run: &Progress<'_>,
 ) -> Result<Written, EncodeError> {
-    let settings = settings.complete(codec.info())?;
+    let settings = codec.info().complete(settings)?;
     let mut writer = ContainerWriter::create(path)?;
     let mut encoder = codec.encoder(&settings)?;
     let scratch = encoder.scratch_bytes(source.layout());

@@ -4,7 +4,7 @@ use crate::container::ContainerError;
 use crate::memory::OutOfMemory;
 use crate::volume::SourceError;
 
-/// The settings are wrong: the user's fault, to be mended in the configuration.
+/// The settings are wrong. The user can correct them in the configuration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ConfigError {
     /// The codec or renderer has no such setting.
@@ -32,7 +32,7 @@ pub enum ConfigError {
     /// Two settings exclude each other.
     #[error("{0}")]
     Contradiction(String),
-    /// An encoder was asked for with settings that [`super::Settings::complete`] has not seen.
+    /// An encoder was asked for with settings that [`super::CodecInfo::complete`] has not seen.
     #[error("setting `{0}` is missing: complete the settings with the codec's defaults first")]
     Incomplete(String),
 }
@@ -43,10 +43,10 @@ pub enum EncodeError {
     /// The settings are wrong.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// This codec cannot encode such a volume; the message says what it can.
+    /// This codec cannot encode such a volume. The message says what it can encode.
     #[error("{0}")]
     Unsupported(String),
-    /// Something that the encoder relies on did not do its work: a process that it starts.
+    /// A process that the encoder starts failed.
     #[error("{0}")]
     Failed(String),
     /// Reading the input failed.
@@ -69,10 +69,10 @@ impl From<super::Cancelled> for EncodeError {
     }
 }
 
-/// Decoding failed: the stream is at fault, or was asked for something it does not hold.
+/// Decoding failed. The stream is wrong, or it does not hold what was asked for.
 #[derive(Debug, thiserror::Error)]
 pub enum DecodeError {
-    /// The container lacks something or is of the wrong type.
+    /// The container lacks a tensor, or a tensor has the wrong type.
     #[error(transparent)]
     Container(#[from] ContainerError),
     /// The stream contradicts itself.
@@ -88,13 +88,13 @@ pub enum DecodeError {
         /// Version of the stream.
         found: u32,
     },
-    /// Something that the decoder relies on did not do its work: a process that it starts.
+    /// A process that the decoder starts failed.
     #[error("{0}")]
     Failed(String),
     /// There is no memory for it.
     #[error(transparent)]
     Memory(#[from] OutOfMemory),
-    /// The stream asks for something that its reader has not allowed.
+    /// The stream needs something that its reader has not allowed.
     #[error("{0}")]
     Refused(String),
     /// The brick lies outside the volume, or the level does not exist.

@@ -1,4 +1,4 @@
-//! Decoded frames of a stream, kept within a bound: what predicted frames are decoded from.
+//! Decoded frames of a stream, kept within a bound. Predicted frames are decoded from them.
 
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -23,12 +23,13 @@ impl References {
     /// Names of the buffers of [`References::resources`], without the codec's prefix.
     pub const RESOURCES: [&str; 2] = ["reference", "second_reference"];
 
-    /// As a shader reads them beside the codec's own buffers: the bits of one `f32` per sample, x fastest, channels
-    /// interleaved, `<id>_reference(i)` for [`Dependencies::Predicted`] and the first of
-    /// [`Dependencies::Bidirectional`], `<id>_second_reference(i)` for the second. None of a frame that decodes on its own.
+    /// The references as buffers that a shader reads next to the codec's own: the bits of one `f32` per sample, x
+    /// fastest, channels interleaved. `<id>_reference(i)` is the frame of [`Dependencies::Predicted`], or the first of
+    /// [`Dependencies::Bidirectional`]; `<id>_second_reference(i)` is the second. Empty for a frame that decodes on its
+    /// own.
     ///
     /// # Errors
-    /// When there is no memory for the copies.
+    /// If there is no memory for the copies.
     pub fn resources(&self) -> Result<Vec<Resource<'static>>, DecodeError> {
         let resource = |(name, (frame, decoded)): (&&'static str, &(FrameIndex, Arc<DecodedFrame>))| {
             let values = decoded.values();
@@ -40,12 +41,11 @@ impl References {
     }
 }
 
-/// A decoder that keeps decoded frames, so that predicted frames are decoded from them. Frames are decoded in an order
-/// that their dependencies allow; those that were used last are kept, up to a bound on their bytes. What a frame is
-/// decoded from stays as long as that takes, whatever the bound. The bound decides how often frames are decoded, and
-/// never what they are.
+/// A decoder that keeps decoded frames and decodes predicted frames from them. It decodes frames in an order that their
+/// dependencies allow. It keeps the frames used last, up to a bound on their bytes. References of a frame stay while
+/// that frame is decoded, even beyond the bound. The bound changes how often frames are decoded, never their values.
 ///
-/// References are of the level that is decoded.
+/// References have the level of the decoded frame.
 #[derive(Debug)]
 pub struct FrameStore {
     decoder: Arc<dyn Decoder>,
@@ -53,14 +53,14 @@ pub struct FrameStore {
     kept: Mutex<Vec<Kept>>,
 }
 
-/// A frame that is kept. The one that was used last is the last in the list.
+/// A kept frame. The last in the list is the one used last.
 #[derive(Debug)]
 struct Kept {
     key: (FrameIndex, Level),
     frame: Arc<DecodedFrame>,
 }
 
-/// A frame on the way to being decoded, with those of its references that are.
+/// A frame that is being decoded, with the references found so far.
 struct Pending {
     frame: FrameIndex,
     found: References,
@@ -70,8 +70,8 @@ impl FrameStore {
     /// Megabytes (10⁶ bytes) of decoded frames that are kept unless the user says otherwise.
     pub const DEFAULT_MB: u32 = 512;
 
-    /// The same decoder where every frame decodes on its own; else one that keeps decoded frames, at most `bound_bytes`
-    /// of them.
+    /// `decoder` itself if every frame decodes on its own. Else a decoder that keeps at most `bound_bytes` of decoded
+    /// frames.
     #[must_use]
     pub fn open(decoder: Arc<dyn Decoder>, bound_bytes: u64) -> Arc<dyn Decoder> {
         let is_predicted = |frame| decoder.dependencies(FrameIndex(frame)) != Dependencies::Intra;
@@ -101,7 +101,7 @@ impl FrameStore {
         Some(frame)
     }
 
-    /// Decodes a frame and keeps it. What is kept already makes way where memory is short.
+    /// Decodes a frame and keeps it. Kept frames are dropped if memory is short.
     fn decode(
         &self,
         (frame, level): (FrameIndex, Level),
@@ -130,19 +130,19 @@ impl FrameStore {
         }
     }
 
-    /// What a frame still waits for: the first of its references that is not found.
+    /// The first reference of a frame that is not found yet.
     fn missing(&self, pending: &Pending) -> Option<FrameIndex> {
         let needed = self.decoder.dependencies(pending.frame).frames();
         needed.into_iter().flatten().nth(pending.found.0.len())
     }
 
-    /// Finds the references of a frame, decoding what is not kept.
+    /// Finds the references of a frame. Decodes those that are not kept.
     fn resolve(&self, frame: FrameIndex, level: Level) -> Result<References, DecodeError> {
         let frames = self.decoder.layout().frames;
         if frame.0 >= frames {
             return Err(DecodeError::NoSuchBrick(format!("frame {} of {frames}", frame.0)));
         }
-        // Deep chains are common (hundreds of predicted frames): a list, and no recursion.
+        // A list instead of recursion: chains of hundreds of predicted frames are common.
         let mut path = vec![Pending { frame, found: References::default() }];
         while let Some(top) = path.last_mut() {
             let Some(next) = self.missing(top) else {

@@ -1,6 +1,6 @@
-//! What a codec says of itself.
+//! Metadata of a codec.
 
-use super::{DecodedBy, Setting, SettingValue, Settings, Site};
+use super::{ConfigError, DecodedBy, Setting, SettingValue, Settings, Site};
 
 /// The publication that a codec follows.
 #[derive(Copy, Clone, Debug)]
@@ -20,18 +20,18 @@ pub struct CodecInfo {
     pub id: &'static str,
     /// One line for lists.
     pub summary: &'static str,
-    /// Version of the stream that the encoder writes; decoders read it and all earlier ones.
+    /// Version of the stream that the encoder writes. Decoders read it and all earlier versions.
     pub stream_version: u32,
     /// Who can decode its volumes. The sites follow from it: see [`CodecInfo::offers`].
     pub decoded_by: &'static [DecodedBy],
     /// Whether the snippet declares `<id>_fetch_cell`, which filter `optimised-linear` needs.
     pub fetch_cell: bool,
-    /// What it follows.
+    /// The paper that the codec follows.
     pub paper: Option<Paper>,
-    /// Its settings with their defaults, in the order in which they are shown.
+    /// Settings with their defaults, in display order.
     pub settings: &'static [Setting],
-    /// Names of those settings of which another value makes another method, and not another rate of the same one. Curves of
-    /// quality over rate run through cells that agree in all of these, and charts tell them apart.
+    /// Names of the settings whose value makes another method, not another rate of the same method. A curve of quality
+    /// over rate joins cells that agree in all of these. Charts draw one curve per method.
     pub methods: &'static [&'static str],
 }
 
@@ -42,8 +42,16 @@ impl CodecInfo {
         self.settings.iter().map(|s| (s.name.to_owned(), SettingValue::from(s.default))).collect()
     }
 
-    /// Whether its volumes can be decoded at a site. A shader that decodes one voxel decodes a whole frame too, in a pass
-    /// that calls it for every voxel.
+    /// These settings with the defaults of all others, every value in canonical form.
+    ///
+    /// # Errors
+    /// When a setting is unknown to the codec, or a value is not allowed.
+    pub fn complete(&self, settings: &Settings) -> Result<Settings, ConfigError> {
+        settings.complete_by(&format!("codec `{}`", self.id), self.settings)
+    }
+
+    /// Whether volumes of this codec can be decoded at `site`. A shader that decodes one voxel also decodes a whole
+    /// frame: a pass calls it for every voxel.
     #[must_use]
     pub fn offers(&self, site: Site) -> bool {
         let can = |by| self.decoded_by.contains(&by);
@@ -54,13 +62,13 @@ impl CodecInfo {
         }
     }
 
-    /// All sites where its volumes can be decoded, in the order of [`Site::ALL`].
+    /// All sites that this codec offers, in the order of [`Site::ALL`].
     pub fn offered(&self) -> impl Iterator<Item = Site> {
         Site::ALL.into_iter().filter(|site| self.offers(*site))
     }
 
-    /// The values of [`CodecInfo::methods`] in these settings, in the order of the schema, as records keep them: `name=value`
-    /// separated by spaces. Empty where the codec is one method.
+    /// The values of [`CodecInfo::methods`] in these settings, as records hold them: `name=value`, in the order of the
+    /// schema, separated by spaces. Empty if the codec has one method.
     #[must_use]
     pub fn series(&self, settings: &Settings) -> String {
         let own = self.settings.iter().filter(|s| self.methods.contains(&s.name));

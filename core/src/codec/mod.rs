@@ -1,4 +1,4 @@
-//! What a codec is: an encoder, a decoder, and a few lines of WGSL.
+//! The traits of a codec: encoder, decoder, and a few lines of WGSL.
 
 mod all_frames;
 mod block;
@@ -6,12 +6,14 @@ mod block_texture;
 mod decoded_frame;
 mod encode;
 mod encode_file;
+mod encode_report;
 mod error;
 mod frame_decode;
 mod frame_store;
 mod info;
 mod parity;
 mod pieces;
+mod progress;
 mod registry;
 mod settings;
 mod shader_decode;
@@ -22,14 +24,16 @@ pub(crate) use all_frames::Decoded;
 pub use block::Block;
 pub use block_texture::{BlockFormat, BlockTexture};
 pub use decoded_frame::DecodedFrame;
-pub use encode::{Cancelled, EncodeReport, Encoder, Progress};
+pub use encode::Encoder;
 pub use encode_file::{encode_file, encode_temporary};
+pub use encode_report::EncodeReport;
 pub use error::{ConfigError, DecodeError, EncodeError};
 pub use frame_decode::{FrameDecode, FramePass, FramePasses, Scratch, ScratchUse, deferred_agreement};
 pub use frame_store::{FrameStore, References};
 pub use info::{CodecInfo, Paper};
 pub use parity::{Mismatch, Parity};
 pub use pieces::decode_pieces;
+pub use progress::{Cancelled, Progress};
 pub use registry::{Registry, RegistryError};
 pub use settings::{Setting, SettingKind, SettingValue, Settings};
 pub use shader_decode::{
@@ -51,52 +55,52 @@ pub trait Codec: Send + Sync + Debug {
     /// Identity, capabilities and the schema of the settings.
     fn info(&self) -> &CodecInfo;
 
-    /// Stages of a volume encoded with these (complete) settings: the levels of refinement at which it decodes, by the
-    /// first, by the first two and so on. A codec without such levels has one.
+    /// Number of stages of a volume encoded with these (complete) settings. The volume decodes from the first stage,
+    /// from the first two, and so on. A codec without stages has one.
     fn stages(&self, _settings: &Settings) -> u8 {
         1
     }
 
-    /// Resolutions of a volume encoded with these (complete) settings, the full one included: [`Level::resolution`] is
-    /// below this number. A codec that cannot leave out detail has one.
+    /// Number of resolutions of a volume encoded with these (complete) settings, the full one included.
+    /// [`Level::resolution`] is below this number. A codec without coarser resolutions has one.
     fn resolutions(&self, _settings: &Settings) -> u8 {
         1
     }
 
-    /// The block that a volume is cut into with these (complete) settings, from its first voxel on, where blocks are coded
-    /// on their own, so that errors may jump from one to the next: that of the first setting of this kind. A codec whose
-    /// block is no setting names it here.
+    /// The block size with these (complete) settings, if blocks are coded on their own, so that errors may jump from
+    /// block to block. Blocks start at the first voxel. By default it is the first setting of kind block. A codec whose
+    /// block size is not a setting returns it here.
     fn block(&self, settings: &Settings) -> Option<Block> {
         let setting = self.info().settings.iter().find(|s| matches!(s.kind, SettingKind::Block { .. }))?;
         settings.block(setting.name).ok()
     }
 
-    /// An encoder with these settings, which are complete (defaults filled in) and of the declared kinds.
+    /// An encoder with these settings. They must be complete (defaults filled in) and of the declared kinds.
     ///
     /// # Errors
     /// When settings contradict each other.
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError>;
 
-    /// A decoder from the stream alone: every parameter it needs is in there.
+    /// A decoder. The stream holds every parameter that it needs.
     ///
     /// # Errors
     /// When tensors are missing, of the wrong type or size, or parameters contradict them.
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError>;
 }
 
-/// Decodes one stream on the CPU. Stateless: references come in, order cannot matter. The CPU decoder
-/// *defines* the codec; its shader is held to it by parity tests.
+/// Decodes one stream on the CPU. Stateless: the caller passes references in, so the order of calls does not matter.
+/// The CPU decoder *defines* the codec. Parity tests compare the shader with it.
 pub trait Decoder: Send + Sync + Debug {
     /// Shape of the decoded volume.
     fn layout(&self) -> &VolumeLayout;
 
-    /// Frames that must be at hand before `frame` decodes, at whichever level: they are of the level that is decoded.
+    /// Frames that must be decoded before `frame`, at the same level as `frame`.
     fn dependencies(&self, _frame: FrameIndex) -> Dependencies {
         Dependencies::Intra
     }
 
-    /// The decoded frames that `frame` is predicted from, at a level. A codec's own decoder has none at hand: the one that
-    /// keeps frames has them, [`FrameStore`], which stands before every decoder of predicted frames.
+    /// The decoded references of `frame`, at a level. A codec's own decoder holds none. [`FrameStore`] wraps every
+    /// decoder of predicted frames and holds them.
     ///
     /// # Errors
     /// When one of them is missing from the stream or does not decode, or frames are predicted in a circle.
@@ -104,7 +108,7 @@ pub trait Decoder: Send + Sync + Debug {
         Ok(References::default())
     }
 
-    /// A whole frame at a level, of a decoder that keeps decoded frames; `None` from any other.
+    /// A whole frame at a level, if this decoder keeps decoded frames. Else `None`.
     ///
     /// # Errors
     /// As [`Decoder::references`] and [`Decoder::decode_brick`].
@@ -116,8 +120,8 @@ pub trait Decoder: Send + Sync + Debug {
         Ok(None)
     }
 
-    /// Decodes a box of voxels into `out` (x fastest, channels interleaved), in data units. Any box that lies
-    /// inside the volume is allowed, a single voxel too.
+    /// Decodes a box of voxels into `out` (x fastest, channels interleaved), in data units. The box may be any box
+    /// inside the volume, also a single voxel.
     ///
     /// # Errors
     /// When the key lies outside, a level does not exist, a reference is missing or the stream is corrupt.
@@ -131,25 +135,25 @@ pub trait Decoder: Send + Sync + Debug {
         out: &mut [f32],
     ) -> Result<(), DecodeError>;
 
-    /// Whether any box costs a whole frame, since the codec rebuilds frames as a whole. Frames of any other codec are
-    /// decoded piece by piece where they are written out.
+    /// Whether any box costs a whole frame, because the codec rebuilds whole frames. Other codecs decode a frame piece
+    /// by piece when it is written to a file.
     fn rebuilds_frames(&self) -> bool {
         false
     }
 
-    /// A range that holds every *decoded* value of the box (all channels), if the codec knows one without
-    /// decoding; it may be wider than the tightest.
+    /// A range that holds every *decoded* value of the box (all channels), if the codec knows one without decoding. It
+    /// may be wider than necessary.
     fn value_range(&self, _key: BrickKey) -> Option<ValueRange> {
         None
     }
 
-    /// The smallest texel that holds decoded values without loss.
+    /// The smallest texel format that holds decoded values without loss.
     fn decoded_form(&self) -> DecodedForm {
         DecodedForm::FLOAT32
     }
 
-    /// A frame at a level as blocks that texture units decode by themselves, if the stream is such. Where a device takes
-    /// them, the site *host* uploads them in place of the decoded frame.
+    /// A frame at a level as blocks that texture units decode, if the stream consists of such blocks. If the device
+    /// supports them, the site *host* uploads them instead of the decoded frame.
     fn block_texture(&self, _frame: FrameIndex, _level: Level) -> Option<BlockTexture<'_>> {
         None
     }
@@ -159,8 +163,8 @@ pub trait Decoder: Send + Sync + Debug {
         None
     }
 
-    /// How passes of the codec's own rebuild a whole frame on a device, if it brings any. The site *deferred* then
-    /// runs them, and does not ask for [`Decoder::shader`].
+    /// How passes of the codec rebuild a whole frame on a device, if it has such passes. The site *deferred* then runs
+    /// them and does not call [`Decoder::shader`].
     fn frame_decode(&self) -> Option<&dyn FrameDecode> {
         None
     }
@@ -178,7 +182,7 @@ pub fn decode_frame(
     decode_stages(decoder, frame, Level::ALL_STAGES, references)
 }
 
-/// The same from the first `stages` of a stream alone; more than there are stand for all.
+/// As [`decode_frame`], from the first `stages` stages. A number above the stream's stages means all stages.
 ///
 /// # Errors
 /// As [`decode_frame`].
@@ -191,7 +195,7 @@ pub fn decode_stages(
     decode_level(decoder, frame, Level { stages, ..Level::FULL }, references)
 }
 
-/// The same at a level; `references` are of that level.
+/// As [`decode_frame`], at a level. `references` have that level.
 ///
 /// # Errors
 /// As [`decode_frame`].
@@ -211,7 +215,7 @@ pub fn decode_level(
     let what = || format!("a decoded frame of {} voxels", layout.extent);
     let mut out = memory::zeroed(layout.samples_per_frame(), what)?;
     let held = memory::Held::of(&out);
-    // Slabs of 8 slices are contiguous in memory, so that each thread writes its own part of the output.
+    // Slabs of 8 slices are contiguous in memory, so each thread writes its own part of the output.
     const SLICES: u32 = 8;
     out.par_chunks_mut(slab * SLICES as usize).enumerate().try_for_each(|(i, out)| {
         let slices = (out.len() / slab) as u32;

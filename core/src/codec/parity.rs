@@ -1,14 +1,14 @@
-//! What a shader decoded against what the CPU decoded, sample by sample.
+//! Comparison of a shader's values with the CPU decoder's, sample by sample.
 
 use std::fmt;
 
 use super::{Agreement, Block, Decoder};
 use crate::volume::{BrickKey, FrameIndex, Level, Region};
 
-/// How a dump of one frame compares with the CPU decoder. Its `Display` is a sentence.
+/// Comparison of a dump of one frame with the CPU decoder. Its `Display` is a sentence.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Parity {
-    /// What the codec states.
+    /// The codec's stated agreement.
     pub agreement: Agreement,
     /// Samples compared; those that only one side has count too.
     pub samples: u64,
@@ -16,7 +16,7 @@ pub struct Parity {
     pub mismatches: u64,
     /// The first of them.
     pub first: Option<Mismatch>,
-    /// Largest distance between both in any sample that both have, in data units; NaN where one of them is.
+    /// Largest distance over the samples that both have, in data units. NaN if one of the values is NaN.
     pub largest: f64,
 }
 
@@ -29,15 +29,15 @@ pub struct Mismatch {
     pub frame: FrameIndex,
     /// The voxel, x y z.
     pub voxel: [u32; 3],
-    /// The channel, of volumes that have several.
+    /// The channel, if the volume has several.
     pub channel: Option<u32>,
-    /// The block that the voxel lies in, by its place in the grid of blocks; see [`Parity::with_block`].
+    /// The block of the voxel: its position in the block grid, and its size. See [`Parity::with_block`].
     pub block: Option<([u32; 3], Block)>,
-    /// The CPU's value; NaN where it has none.
+    /// The CPU's value. NaN if it has none.
     pub cpu: f32,
-    /// The shader's value; NaN where it has none.
+    /// The shader's value. NaN if it has none.
     pub shader: f32,
-    /// How far apart both may be, in data units.
+    /// Allowed distance in data units.
     pub allowed: f64,
 }
 
@@ -54,7 +54,7 @@ impl Parity {
         Self::compare_at(decoder, agreement, (frame, Level::FULL), cpu, shader)
     }
 
-    /// The same where both were decoded at a level.
+    /// As [`Parity::compare`], at a level.
     #[must_use]
     pub fn compare_at(
         decoder: &dyn Decoder,
@@ -72,7 +72,7 @@ impl Parity {
         let range = |sample: u64| {
             decoder.value_range(BrickKey { frame, level, region: Region::voxel(place(sample)) })
         };
-        // Most samples are equal to the bit; only the others need the range of their block.
+        // Most samples are equal bit for bit. Only the others need the range of their block.
         let allowed = |sample: u64, cpu: f32, shader: f32| {
             cpu == shader || agreement.allows(cpu, shader, range(sample))
         };
@@ -109,7 +109,7 @@ impl Parity {
         Self { agreement, samples: cpu.len().max(shader.len()) as u64, mismatches, first, largest }
     }
 
-    /// The same, whose first mismatch is told with its block: of the codec's block, if it has one.
+    /// Adds the codec's block to the first mismatch, if there is a block.
     #[must_use]
     pub fn with_block(mut self, block: Option<Block>) -> Self {
         if let Some(first) = &mut self.first {
@@ -155,7 +155,7 @@ mod tests {
     use crate::codec::DecodeError;
     use crate::volume::{Extent, ReferenceFrames, SampleType, ValueRange, VolumeLayout};
 
-    /// Knows of each voxel that it lies below its own x.
+    /// States a range for each voxel that ends at the voxel's x.
     #[derive(Debug)]
     struct Ranges(VolumeLayout);
 
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn the_range_is_that_of_the_samples_own_voxel() {
         let cpu = [0.0; 12];
-        // Samples 3 and 9 lie in voxels whose range reaches 1, the others in such as hold only 0.
+        // Voxels with samples 3 and 9 have a range that reaches 1. The others hold only 0.
         let shader = [1e-8; 12];
         let found = parity(Agreement::Ulp(1), &cpu, &shader);
         assert_eq!((found.mismatches, found.first.map(|m| m.sample)), (6, Some(0)));

@@ -6,12 +6,11 @@ use super::{DecodeError, DecodedFrame, Decoder, References};
 use crate::memory;
 use crate::volume::{BrickKey, Extent, FrameIndex, Level, Region};
 
-/// Slices, or rows, that one thread decodes at a time: a multiple of the edge of most codecs' blocks.
+/// Slices, or rows, that one thread decodes at a time: a multiple of most codecs' block edges.
 const AT_ONCE: u32 = 8;
 
-/// Decodes a frame at a level, in pieces of at most `max_samples` (but whole rows), which follow each other in memory
-/// order; hands the values of each to `each`. Of a codec that rebuilds whole frames, or predicts them, the frame is decoded
-/// once.
+/// Decodes a frame at a level in pieces of at most `max_samples` samples, but at least one row. Hands the values of
+/// each piece to `each`, in memory order. If the codec rebuilds or predicts whole frames, the frame is decoded once.
 ///
 /// # Errors
 /// As [`Decoder::decode_brick`], those of `each`, and when there is no memory for a piece.
@@ -64,8 +63,8 @@ fn decode_piece(
     })
 }
 
-/// Boxes that cover `extent` in memory order: as many whole slices as have `max_voxels`, else rows of a slice; at least a
-/// row.
+/// Boxes that cover `extent` in memory order. Each is as many whole slices as have `max_voxels`, else rows of one
+/// slice, at least one row.
 fn pieces(extent: Extent, max_voxels: usize) -> impl Iterator<Item = Region> {
     let [x, y, z] = extent.to_array();
     let fit = |one: u64| {
@@ -132,7 +131,7 @@ mod tests {
         Counter { layout, rebuilds_frames, largest: AtomicUsize::new(0) }
     }
 
-    /// All values of the second frame, and the longest piece.
+    /// Decodes the second frame. Returns its values and the length of the longest piece.
     fn decoded(decoder: &Counter, max_samples: usize) -> (Vec<f32>, usize) {
         let (mut all, mut longest) = (Vec::new(), 0);
         decode_pieces(decoder, FrameIndex(1), Level::FULL, max_samples, |values| {

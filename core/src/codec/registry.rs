@@ -1,4 +1,4 @@
-//! The list of codecs. Explicit: whoever assembles an application names what it holds.
+//! The list of codecs. It is explicit: each application names the codecs that it holds.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ pub struct Registry {
 /// Why a registry refuses.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RegistryError {
-    /// Two codecs of one id.
+    /// Two codecs have the same id.
     #[error("codec `{id}` is registered twice; known codecs: {known}")]
     Duplicate {
         /// The id.
@@ -22,18 +22,18 @@ pub enum RegistryError {
         /// All ids so far.
         known: String,
     },
-    /// The id is no lower-case word of letters and digits, which WGSL names and folders need.
+    /// The id is not a word of lower-case letters and digits. WGSL names and folders need such a word.
     #[error("codec id `{0}`: use lower-case letters and digits, beginning with a letter")]
     BadId(String),
-    /// A method that is none of its settings.
+    /// A method that is not one of the codec's settings.
     #[error("codec `{id}` has no setting `{name}`, which it lists among its methods")]
     NoSuchMethod {
         /// The codec.
         id: String,
-        /// What it lists.
+        /// The listed name.
         name: String,
     },
-    /// No codec of that id.
+    /// No codec has that id.
     #[error("no codec `{id}`; known codecs: {known}")]
     Unknown {
         /// The id asked for.

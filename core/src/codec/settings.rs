@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Block, ConfigError};
 
-/// What values a setting takes.
+/// The values that a setting takes.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum SettingKind {
     /// Whole number within bounds.
@@ -18,7 +18,7 @@ pub enum SettingKind {
         /// Highest.
         max: i64,
     },
-    /// One of these whole numbers.
+    /// One of these integers.
     OneOf(&'static [i64]),
     /// Number within bounds.
     Float {
@@ -27,7 +27,7 @@ pub enum SettingKind {
         /// Highest.
         max: f64,
     },
-    /// One of these words; a number whose text is listed counts as that word.
+    /// One of these words. A number whose text is listed counts as that word.
     Choice(&'static [&'static str]),
     /// `true` or `false`.
     Boolean,
@@ -36,7 +36,7 @@ pub enum SettingKind {
         /// Longest axis.
         max: u32,
     },
-    /// Any text of one line: no control characters, at most so many bytes.
+    /// One line of text: no control characters, at most this many bytes.
     Text {
         /// Most bytes.
         max: usize,
@@ -48,7 +48,7 @@ pub enum SettingKind {
 pub struct Setting {
     /// TOML key, in snake case.
     pub name: &'static str,
-    /// What it does, with unit.
+    /// Effect of the setting, with its unit.
     pub doc: &'static str,
     /// Allowed values.
     pub kind: SettingKind,
@@ -71,7 +71,7 @@ pub enum SettingValue {
 }
 
 impl From<&str> for SettingValue {
-    /// Reads a value as it stands on a command line: boolean, integer, float, else text.
+    /// Reads a value from the command line: boolean, integer, float, else text.
     fn from(text: &str) -> Self {
         if let Ok(b) = text.parse() {
             Self::Boolean(b)
@@ -97,7 +97,7 @@ impl fmt::Display for SettingValue {
 }
 
 impl SettingKind {
-    /// What is allowed, in words: `an integer from 1 to 8`.
+    /// Description of the allowed values, such as `an integer from 1 to 8`.
     #[must_use]
     pub fn describe(&self) -> String {
         let list = |items: Vec<String>| match items.as_slice() {
@@ -117,8 +117,8 @@ impl SettingKind {
         }
     }
 
-    /// The value in its canonical form (a block as text, a listed word as text), so that equal settings
-    /// compare and print equal; `None` when it is not allowed.
+    /// The value in canonical form (a block as text, a listed word as text), so that equal settings compare and print
+    /// as equal. `None` if the value is not allowed.
     #[must_use]
     pub fn canonical(&self, value: &SettingValue) -> Option<SettingValue> {
         use SettingValue as V;
@@ -151,8 +151,8 @@ impl SettingKind {
     }
 }
 
-/// A complete or partial set of settings, in alphabetical order.
-/// A clone shares them, since thousands of cells may have the same.
+/// A complete or partial set of settings, in alphabetical order. Clones share the data, because thousands of cells may
+/// have the same settings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "BTreeMap<String, SettingValue>", into = "BTreeMap<String, SettingValue>")]
 pub struct Settings(Arc<BTreeMap<String, SettingValue>>);
@@ -186,18 +186,10 @@ impl Settings {
         self.0.iter().map(|(k, v)| (k.as_str(), v))
     }
 
-    /// Fills in the defaults of a codec and brings every value into canonical form.
+    /// Fills in the defaults of a schema and brings every value into canonical form. Errors call whose schema it is `owner`.
     ///
     /// # Errors
-    /// When a setting is unknown to the codec, or a value is not allowed.
-    pub fn complete(&self, info: &super::CodecInfo) -> Result<Self, ConfigError> {
-        self.complete_by(&format!("codec `{}`", info.id), info.settings)
-    }
-
-    /// The same by any schema; errors call it `owner`.
-    ///
-    /// # Errors
-    /// As [`Settings::complete`].
+    /// When the schema has no such setting, or a value is not allowed.
     pub fn complete_by(&self, owner: &str, schema: &[Setting]) -> Result<Self, ConfigError> {
         let is_known = |name: &str| schema.iter().any(|setting| setting.name == name);
         if let Some((name, _)) = self.iter().find(|(name, _)| !is_known(name)) {
@@ -281,8 +273,8 @@ impl FromIterator<(String, SettingValue)> for Settings {
 }
 
 impl fmt::Display for Settings {
-    /// `block=8 index_bits=4`, as records and labels show it. A text that a shell would split or expand stands in its
-    /// quotes, so that the list can be taken apart again.
+    /// `block=8 index_bits=4`, as records and labels show it. Text that a shell would split or expand is quoted, so
+    /// that the list can be split again.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, (name, value)) in self.iter().enumerate() {
             write!(f, "{}{name}=", if i > 0 { " " } else { "" })?;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{Block, DecodeError, Decoder};
 use crate::volume::{Extent, FrameIndex, Level, SampleType, ValueRange};
 
-/// The decode side of a codec in WGSL.
+/// The WGSL decoder of a codec.
 pub trait ShaderDecode: Send + Sync {
     /// The snippet and its constants.
     fn module(&self) -> WgslModule<'_>;
@@ -15,23 +15,23 @@ pub trait ShaderDecode: Send + Sync {
     /// How closely the shader follows the CPU decoder.
     fn agreement(&self) -> Agreement;
 
-    /// The codec's own buffers of one frame, in the order in which they are bound. Those of what a predicted frame is decoded
-    /// from are bound behind them ([`super::References::resources`]).
+    /// The codec's own buffers of one frame, in binding order. The buffers of references follow them
+    /// ([`super::References::resources`]).
     ///
     /// # Errors
     /// When the stream lacks one.
     fn resources(&self, frame: FrameIndex) -> Result<Vec<Resource<'_>>, DecodeError>;
 }
 
-/// Text of a codec: a snippet, or a pass, whose contract is that of [`super::FramePass`].
+/// WGSL of a codec: a snippet, or a pass. [`super::FramePass`] states the contract of a pass.
 ///
-/// A snippet declares `<id>_fetch(p: vec3<i32>) -> vec4<f32>` (p in bounds; a scalar in `.x`), optionally
-/// `<id>_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8>` (the corners of the cell from `p` to
-/// `q`, both in bounds, `q` = `p` or `p + 1` per axis; corner `i` takes x from bit 0, y from bit 1, z from
-/// bit 2 of `i`), and only names that begin with `<id>_`. It has no `@group`.
+/// A snippet declares `<id>_fetch(p: vec3<i32>) -> vec4<f32>`. `p` is in bounds; a scalar is returned in `.x`. It may
+/// declare `<id>_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8>`, the corners of the grid cell from `p`
+/// to `q`. Both are in bounds, and `q` is `p` or `p + 1` per axis. Corner `i` takes x from bit 0, y from bit 1, z from
+/// bit 2 of `i`. All names begin with `<id>_`. There is no `@group`.
 #[derive(Clone, Debug)]
 pub struct WgslModule<'a> {
-    /// Path of the snippet as its author knows it; errors name it.
+    /// Path of the snippet as its author knows it. Errors show it.
     pub file: &'a str,
     /// The text.
     pub source: &'a str,
@@ -112,8 +112,8 @@ impl From<Block> for ConstantValue {
     }
 }
 
-/// A buffer of 32-bit words, read in the snippet through `<id>_<name>(i: u32) -> u32`. The generator may split
-/// it over several bindings; the snippet cannot tell.
+/// A buffer of 32-bit words. The snippet reads it with `<id>_<name>(i: u32) -> u32`. The generator may split it over
+/// several bindings; the snippet does not see this.
 #[derive(Clone, Debug)]
 pub struct Resource<'a> {
     /// Name without the codec's prefix.
@@ -122,27 +122,27 @@ pub struct Resource<'a> {
     pub words: Cow<'a, [u32]>,
 }
 
-/// Agreement of shader, or texture unit, and CPU decoder.
+/// Agreement between a shader or texture unit and the CPU decoder.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Agreement {
-    /// Bit for bit (zeros of either sign are equal).
+    /// Equal bit for bit, except that +0 equals −0.
     Exact,
-    /// Within this many units in the last place of the largest magnitude in the decoder's `value_range` of the
-    /// voxel (of the value itself where the decoder knows no range): a sum that cancels cannot promise more.
+    /// Within this many units in the last place of the largest magnitude in the decoder's `value_range` of the voxel
+    /// (of the value itself if the decoder knows no range). A tighter bound is impossible for sums that cancel.
     Ulp(u32),
-    /// Within `distance`, in data units, and `share` of the span of the decoder's `value_range` of the voxel (of nothing
-    /// where the decoder knows no range): what texture units are held to that decode blocks themselves.
+    /// Within `distance` (data units) plus `share` times the span of the decoder's `value_range` of the voxel (0 if the
+    /// decoder knows no range). Texture units that decode blocks are held to this.
     Levels {
         /// Data units.
         distance: f32,
-        /// Of the span, `0.0..1.0`.
+        /// Fraction of the span, `0.0..1.0`.
         share: f32,
     },
 }
 
 impl Agreement {
-    /// How far from the CPU decoder's `cpu` a shader may be, in data units; `range` is the decoder's `value_range` of the
-    /// voxel, if it knows one.
+    /// Largest allowed distance of a shader's value from the CPU's `cpu`, in data units. `range` is the decoder's
+    /// `value_range` of the voxel, if known.
     #[must_use]
     pub fn tolerance(self, cpu: f32, range: Option<ValueRange>) -> f64 {
         match self {
@@ -154,8 +154,7 @@ impl Agreement {
         }
     }
 
-    /// Whether a shader may yield `shader` where the CPU decoder yields `cpu`; `range` as above. What is no number is never
-    /// allowed.
+    /// Whether a shader may return `shader` if the CPU decoder returns `cpu`. `range` as above. NaN is never allowed.
     #[must_use]
     pub fn allows(self, cpu: f32, shader: f32, range: Option<ValueRange>) -> bool {
         let distance = (f64::from(cpu) - f64::from(shader)).abs();
@@ -163,11 +162,11 @@ impl Agreement {
     }
 }
 
-/// Runs every voxel through the real generated shader. Whoever owns a device implements it, so that core and
-/// codecs can be held to their shaders without knowing of devices.
+/// Decodes every voxel with the real generated shader. Crates that own a device implement it, so that core and codecs
+/// can test shaders without depending on devices.
 pub trait VoxelDump {
-    /// All decoded samples of `frame` (x fastest, channels interleaved, data units). With `use_cell` each voxel
-    /// comes out of `<id>_fetch_cell`, every corner of the cell being used for some voxel.
+    /// All decoded samples of `frame` (x fastest, channels interleaved, data units). With `use_cell`, each voxel is
+    /// read through `<id>_fetch_cell`, and every corner of the cell serves some voxel.
     ///
     /// # Errors
     /// A sentence that says why there is no result: no device, a refused shader, a lost device.
@@ -193,8 +192,8 @@ pub trait VoxelDump {
         use_cell: bool,
     ) -> Result<Vec<f32>, String>;
 
-    /// All decoded samples of a frame at a level, in the same order, as the site *deferred* decodes them: by the codec's
-    /// own passes if it brings any, and through the texel of [`Decoder::decoded_form`].
+    /// All decoded samples of a frame at a level, in the same order, decoded as at the site *deferred*: by the codec's
+    /// own passes if it has any, and stored in the texel format of [`Decoder::decoded_form`].
     ///
     /// # Errors
     /// As [`VoxelDump::dump`].
@@ -231,7 +230,7 @@ impl TexelFormat {
     }
 }
 
-/// How decoded values sit in a texel: `value = offset + scale · texel`, where a unorm texel reads as 0..1.
+/// How texels hold decoded values: `value = offset + scale · texel`. A unorm texel reads as 0..1.
 #[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DecodedForm {
     /// Texel format.
@@ -246,7 +245,7 @@ impl DecodedForm {
     /// The value itself, in single precision.
     pub const FLOAT32: Self = Self { format: TexelFormat::Float32, scale: 1.0, offset: 0.0 };
 
-    /// What holds every sample of this type, in the fewest bytes.
+    /// The smallest form that holds every sample of this type.
     #[must_use]
     pub const fn of(sample: SampleType) -> Self {
         let (format, scale, offset) = match sample {

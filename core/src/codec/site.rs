@@ -1,4 +1,4 @@
-//! Where voxels come from: how much of a volume is decoded at once, and who decodes it.
+//! Sites: how much of a volume is decoded at once, and who decodes it.
 
 use std::str::FromStr;
 
@@ -22,8 +22,8 @@ pub enum Granularity {
 pub enum DecodedBy {
     /// The codec's shader on a device, voxel by voxel ([`super::Decoder::shader`]).
     Shader,
-    /// Passes over a whole frame on a device: those of the codec ([`super::Decoder::frame_decode`]), or one that calls the
-    /// codec's shader for every voxel.
+    /// Passes over a whole frame on a device: those of the codec ([`super::Decoder::frame_decode`]), or one pass that
+    /// calls the codec's shader for every voxel.
     Passes,
     /// The CPU ([`super::Decoder::decode_brick`]).
     Cpu,
@@ -40,10 +40,11 @@ impl DecodedBy {
     }
 }
 
-/// The list of sites: documentation, variant, name in TOML and records, both properties, and what schema and help say.
+/// The list of sites: documentation, variant, name in TOML and records, the two properties, and the summary for schema
+/// and help.
 macro_rules! sites {
     ($($(#[$doc:meta])* $site:ident = $name:literal, $granularity:ident, $by:ident, $summary:literal;)*) => {
-        /// Where voxels come from. A site is a granularity and a decoder, and has a name.
+        /// Where and when voxels are decoded. A site is a granularity and a decoder under one name.
         #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         pub enum Site {
             $($(#[$doc])* #[serde(rename = $name)] $site,)*
@@ -71,7 +72,7 @@ macro_rules! sites {
                 match self { $(Self::$site => DecodedBy::$by,)* }
             }
 
-            /// What it does, in a few words.
+            /// Summary in a few words.
             #[must_use]
             pub const fn summary(self) -> &'static str {
                 match self { $(Self::$site => $summary,)* }
@@ -86,8 +87,8 @@ sites! {
     /// On the device, a whole frame at once, into a texture. The CPU mirror, which has no textures, decodes a frame as at
     /// [`Site::Host`].
     Deferred = "deferred", Frame, Passes, "on the device, a whole frame at once, into a texture";
-    /// On the device, layer by layer in every frame, into a ring of four layers from which slices are drawn as far as
-    /// they reach. The CPU mirror draws as at [`Site::Deferred`].
+    /// On the device, layer by layer in every picture, into a ring of four layers. Slices are drawn as far as the
+    /// decoded layers reach. The CPU mirror draws as at [`Site::Deferred`].
     Ring = "ring", Layer, Shader,
         "on the device, layer by layer in every frame, into a ring of four: of renderer slicing with geometry axis";
     /// On the CPU, into a texture.

@@ -1,10 +1,10 @@
-//! What every decoder checks before it trusts a stream or a key.
+//! Checks that every decoder makes before it trusts a stream or a key.
 
 use super::{CodecInfo, DecodeError};
 use crate::container::EncodedVolume;
 use crate::volume::{BrickKey, VolumeLayout};
 
-/// Whether a stream belongs to this codec and is not of a later version. A decoder's first line.
+/// Checks that a stream belongs to this codec and is not of a later version. Every decoder calls it first.
 ///
 /// # Errors
 /// [`DecodeError::Version`] for a later version, [`DecodeError::Corrupt`] for another codec's stream.
@@ -21,8 +21,9 @@ pub fn check_stream(volume: &EncodedVolume, info: &CodecInfo) -> Result<(), Deco
     Ok(())
 }
 
-/// Whether a codec of one resolution holds this brick: the frame exists, the region lies inside, the resolution is 0 and
-/// at least one stage is asked for; more stages than there are stand for all. Allocates only to refuse.
+/// Checks a key for a codec with one resolution: the frame exists, the region lies inside, the resolution is 0, and at
+/// least one stage is asked for. A number above the stream's stages means all stages. Allocates memory only for the
+/// error.
 ///
 /// # Errors
 /// [`DecodeError::NoSuchBrick`] otherwise.
@@ -30,7 +31,8 @@ pub fn check_key(layout: &VolumeLayout, key: BrickKey) -> Result<(), DecodeError
     check_key_at(layout, 1, key)
 }
 
-/// The same of a codec with so many resolutions, the full one included; the region lies inside the volume at the key's.
+/// As [`check_key`], for a codec with this many resolutions, the full one included. The region must lie inside the
+/// volume at the key's resolution.
 ///
 /// # Errors
 /// As [`check_key`].

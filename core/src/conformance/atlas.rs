@@ -1,9 +1,9 @@
-//! The stability atlas in miniature: a few of its volumes at both ends of their dials, and voxels alone.
+//! A small version of the stability atlas: a few of its volumes at both ends of their dials, with voxel metrics only.
 //!
-//! They join the other adversarial volumes, so that all properties are asked of them; here they are compared with the
-//! trivial codec. What would be a verdict on a method is no flaw of its code (smooth data are stored better by a coarser
-//! grid than by any codebook), so that less is asked than in the atlas: with the codec's default settings, that no volume
-//! comes back worse than its mean, and that what a coarser grid cannot hold at all comes back no worse than from one.
+//! They join the other adversarial volumes, so every property is tested on them. Here they are compared with the
+//! trivial codec. A weak method is not a flaw of the code: a coarser grid stores smooth data better than any codebook.
+//! So this asks less than the atlas. With the codec's default settings, no volume may come back worse than its mean.
+//! Detail that a coarser grid cannot hold may not come back worse than from that grid.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::volume::{Extent, FiniteVolume};
 /// Longest axis of the volumes, in voxels.
 const EDGE: u32 = 12;
 
-/// Which subjects, at which steps from their easiest, and whether all of it is detail beyond a coarser grid.
+/// Subjects, their dial steps counted from the easiest, and whether all of the volume is detail beyond a coarser grid.
 const STEPS: &[(&str, &[usize], bool)] = &[
     ("ramp", &[0, 4], false),
     ("noise", &[4], true),
@@ -27,13 +27,13 @@ const STEPS: &[(&str, &[usize], bool)] = &[
     ("scene-cut", &[4], false),
 ];
 
-/// A volume of the miniature.
+/// A volume of the small atlas.
 pub struct Step {
     /// `atlas noise, step 5`.
     pub name: String,
     /// The volume.
     pub volume: FiniteVolume,
-    /// Whether all of it is detail.
+    /// Whether all of the volume is detail.
     detail: bool,
 }
 
@@ -50,15 +50,15 @@ pub fn steps() -> impl Iterator<Item = Step> {
     })
 }
 
-/// Compares what the stream decodes to with the trivial codec.
+/// Compares the decoded stream with the trivial codec.
 pub fn check(case: &Case<'_>, step: &Step, report: &mut Report) {
-    // Settings that are tried for their extremes (one training block, one bit per index) may do worse; defaults may not.
+    // Only the default settings are judged. Extreme settings (one training block, one bit per index) may do worse.
     let info = case.codec.info();
-    if info.default_settings().complete(info).is_ok_and(|default| default != *case.settings) {
+    if info.complete(&info.default_settings()).is_ok_and(|default| default != *case.settings) {
         return;
     }
     let trial = Trial::of_stream(case.codec, Arc::clone(&case.stream), case.volume);
-    // What breaks its word has been told under the property that it breaks.
+    // A broken promise is reported under the property that it breaks.
     if trial.word != Word::Kept {
         return;
     }
@@ -68,8 +68,9 @@ pub fn check(case: &Case<'_>, step: &Step, report: &mut Report) {
     report.check(Property::Trivial, problem.is_none(), || problem.unwrap_or_default());
 }
 
-/// What is wrong with these errors, if anything; the trivial codec is the mean in one and as large as the file in the other.
-/// Of a file larger than the uncompressed one nothing can be asked: volumes are too small for tables and codebooks.
+/// The problem with these errors, if any. The trivial codec is the mean in `mean`, and has the file's size in
+/// `same_rate`. A file larger than the uncompressed volume is not judged: these volumes are too small for tables and
+/// codebooks.
 fn problem(mean: &Observed, same_rate: &Observed, detail: bool) -> Option<String> {
     let fails = |observed: &Observed| {
         let observed = Observed { larger_than_raw: false, ..observed.clone() };

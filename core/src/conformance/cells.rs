@@ -1,9 +1,9 @@
-//! Cells against the voxels that they are made of, for codecs that decode both on their own.
+//! Compares grid cells with their voxels, for codecs that decode the two in different ways.
 
 use crate::render::Cell;
 use crate::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 
-/// Holds every cell of a volume, also those cut at its faces, to eight fetches.
+/// Compares every grid cell of a volume with eight fetches, also the cells cut at its faces.
 ///
 /// # Errors
 /// A sentence that names the first cell and corner that differ.
@@ -28,7 +28,7 @@ pub fn cells_are_eight_fetches(
     Ok(())
 }
 
-/// Noise of 16 bits, scalar or of three channels, the same everywhere.
+/// Noise of 16 bits with one or three channels, equal on every platform.
 ///
 /// # Panics
 /// When an axis is 0.

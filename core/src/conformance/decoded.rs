@@ -1,4 +1,4 @@
-//! What properties ask of decoded frames.
+//! Access to decoded frames for the properties.
 
 pub(super) use crate::codec::Decoded;
 use crate::volume::{FrameIndex, ReferenceFrames as _};
@@ -10,7 +10,7 @@ impl Decoded {
     }
 }
 
-/// The first sample in which two frames differ (zeros of either sign are equal), in words.
+/// A sentence about the first sample in which two frames differ. Zeros of either sign are equal.
 pub fn difference(expected: &[f32], actual: &[f32]) -> Option<String> {
     if expected.len() != actual.len() {
         return Some(format!("{} samples instead of {}", actual.len(), expected.len()));

@@ -1,14 +1,14 @@
-//! The battery that every codec must pass: adversarial volumes, and properties that hold for all codecs.
+//! The conformance tests that every codec must pass: adversarial volumes, and properties that hold for all codecs.
 //!
 //! ```no_run
 //! # fn battery(codec: &dyn cvr_core::codec::Codec) {
 //! cvr_core::conformance::run(codec, None).assert_ok();
 //! # }
 //! ```
-//! A codec may *refuse* a volume ([`crate::codec::EncodeError::Unsupported`]); the report counts that. Everything
-//! else that goes wrong is a failure, and the battery goes on, so that one run shows all of them.
+//! A codec may *refuse* a volume ([`crate::codec::EncodeError::Unsupported`]). The report counts refusals. Every other
+//! problem is a failure. The tests go on after a failure, so one run shows all failures.
 //!
-//! Without a dump no shader is compared, and a wrong one passes: the report says "shader not run"
+//! Without a dump no shader is compared, so a wrong shader passes. The report then says "shader not run"
 //! ([`Report::shader_not_run`]).
 
 mod atlas;
@@ -36,21 +36,21 @@ use crate::codec::{Codec, ConfigError, EncodeError, Settings, VoxelDump, encode_
 use crate::container::EncodedVolume;
 use crate::volume::FiniteVolume;
 
-/// Runs the battery with the codec's default settings. With `dump` every voxel also goes through the real shader; without
-/// it the report says that no shader was compared.
+/// Runs the tests with the codec's default settings. With `dump`, every voxel also goes through the real shader.
+/// Without it, the report says that no shader was compared.
 #[must_use]
 pub fn run(codec: &dyn Codec, dump: Option<&dyn VoxelDump>) -> Report {
     run_with(codec, &[Settings::default()], dump)
 }
 
-/// Runs the battery with each of these settings, which may be partial. With others than the defaults a choice of the volumes
-/// goes through the shader: of every sample type, of one channel and three, of one frame and two.
+/// Runs the tests with each of these settings, which may be partial. With settings other than the defaults, only some
+/// volumes go through the shader: every sample type, one channel and three, one frame and two.
 #[must_use]
 pub fn run_with(codec: &dyn Codec, settings: &[Settings], dump: Option<&dyn VoxelDump>) -> Report {
     let mut report = Report::new(codec.info().id);
     report.has_shader = has_shader(codec);
     for settings in settings {
-        match settings.complete(codec.info()) {
+        match codec.info().complete(settings) {
             Ok(settings) => run_one(codec, &settings, dump, &mut report),
             Err(e) => {
                 report.begin(settings, "none");
@@ -61,14 +61,13 @@ pub fn run_with(codec: &dyn Codec, settings: &[Settings], dump: Option<&dyn Voxe
     report
 }
 
-/// The part of the battery that concerns the shader alone, over the volumes of [`run_with`] for other settings than the
-/// defaults.
+/// Runs only the shader tests, on the volumes that [`run_with`] uses for settings other than the defaults.
 #[must_use]
 pub fn run_shaders(codec: &dyn Codec, settings: &[Settings], dump: &dyn VoxelDump) -> Report {
     let mut report = Report::new(codec.info().id);
     report.has_shader = has_shader(codec);
     for settings in settings {
-        let settings = match settings.complete(codec.info()) {
+        let settings = match codec.info().complete(settings) {
             Ok(settings) => settings,
             Err(e) => {
                 report.fail(Property::Encode, e.to_string());
@@ -91,7 +90,7 @@ pub fn run_shaders(codec: &dyn Codec, settings: &[Settings], dump: &dyn VoxelDum
     report
 }
 
-/// Volumes that stand for the others where there is no time for all: of those of different layouts every third.
+/// Volumes for settings that cannot be tested on all: every third of the volumes with different layouts.
 fn chosen(codec: &dyn Codec, settings: &Settings) -> impl Iterator<Item = Subject> {
     subjects(volumes::block_of(codec, settings)).into_iter().filter(|subject| subject.tamper).step_by(3)
 }
@@ -101,7 +100,7 @@ fn has_shader(codec: &dyn Codec) -> bool {
     codec.info().decoded_by.iter().any(|by| by.on_device())
 }
 
-/// One encoded subject, and what the properties compare it with.
+/// An encoded subject, and the data that the properties compare it with.
 struct Case<'a> {
     codec: &'a dyn Codec,
     settings: &'a Settings,
@@ -116,7 +115,7 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
         (Ok(one), Ok(four)) => [one, four],
         (Err(e), _) | (_, Err(e)) => return report.fail(Property::Threads, e.to_string()),
     };
-    let defaults = codec.info().default_settings().complete(codec.info());
+    let defaults = codec.info().complete(&codec.info().default_settings());
     let is_default = defaults.is_ok_and(|defaults| defaults == *settings);
     let chosen: BTreeSet<String> = chosen(codec, settings).map(|subject| subject.name).collect();
     for subject in subjects(volumes::block_of(codec, settings)) {
@@ -166,7 +165,7 @@ fn pool(threads: usize) -> Result<ThreadPool, rayon::ThreadPoolBuildError> {
     ThreadPoolBuilder::new().num_threads(threads).build()
 }
 
-/// Encodes with one thread, with four, and with four again: the files must be equal. Returns the first.
+/// Encodes with one thread, with four, and with four again. The files must be equal. Returns the first.
 fn encode(
     codec: &dyn Codec,
     settings: &Settings,

@@ -1,4 +1,4 @@
-//! Snippet and passes through the real generator: parsed, held to their contract, validated.
+//! Snippets and passes in the real generator: parsed, checked against their contract, validated.
 
 use cvr_shaders::{DUMP, DUMP_CELL, Template};
 
@@ -8,7 +8,7 @@ use crate::shader::{
 };
 use crate::volume::{FrameIndex, Level};
 
-/// What is wrong with the snippet of a stream, if anything.
+/// The problem with a stream's snippet, if any.
 pub fn problem(info: &CodecInfo, decoder: &dyn Decoder, shader: &dyn ShaderDecode) -> Option<String> {
     if let Err(problem) = dump_shader(info, decoder, shader, DUMP) {
         return Some(problem);
@@ -22,7 +22,7 @@ pub fn problem(info: &CodecInfo, decoder: &dyn Decoder, shader: &dyn ShaderDecod
     }
 }
 
-/// What is wrong with what the site *deferred* runs for a stream whose codec brings passes, if anything.
+/// The problem with the shaders that the site *deferred* runs for a codec with passes, if any.
 pub fn frame_problem(info: &CodecInfo, decoder: &dyn Decoder) -> Option<String> {
     if !info.offers(Site::Deferred) {
         return Some("it brings passes for whole frames, but info does not list site deferred".to_owned());

@@ -7,7 +7,8 @@ use super::{Case, Property, Report};
 use crate::codec::{Agreement, DecodedBy, Decoder, FrameStore, Parity, VoxelDump};
 use crate::volume::{FrameIndex, Level};
 
-/// Dumps every frame, through `fetch` and, where there is one, `fetch_cell`; and as the codec's own passes rebuild it.
+/// Dumps every frame through `fetch`, through `fetch_cell` if there is one, and through the codec's own passes if there
+/// are any.
 pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
     let info = case.codec.info();
     let Ok(decoder) = case.codec.decoder(Arc::clone(&case.stream)) else { return };

@@ -1,4 +1,4 @@
-//! What holds of an undamaged stream.
+//! Properties of an undamaged stream.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::volume::{
     BrickKey, BrickSource as _, Extent, FrameIndex, Level, Region, ValueRange, VolumeLayout,
 };
 
-/// Decodes the stream and checks every property that needs no damage and no device.
+/// Decodes the stream and checks every property that needs neither damage nor a device.
 pub fn check(case: &Case<'_>, report: &mut Report) {
     let decoder = match case.codec.decoder(Arc::clone(&case.stream)) {
         Ok(decoder) => FrameStore::open(decoder.into(), u64::MAX),
@@ -55,7 +55,7 @@ fn bound(case: &Case<'_>, frame: FrameIndex, decoded: &[f32], report: &mut Repor
     });
 }
 
-/// Every level of fewer stages: finite, consistent, and no better than the next.
+/// Every level with fewer stages: finite, consistent, and no better than the next.
 fn stages(case: &Case<'_>, decoder: &dyn Decoder, all: &Decoded, report: &mut Report) {
     let most = case.codec.stages(case.settings);
     let mut better: Option<Vec<f64>> = None;
@@ -86,7 +86,7 @@ fn stages(case: &Case<'_>, decoder: &dyn Decoder, all: &Decoded, report: &mut Re
             errors.push(values.iter().zip(&source).map(square).sum::<f64>());
         }
         for (frame, (own, more)) in errors.iter().zip(better.iter().flatten()).enumerate() {
-            // Sums of squares are rounded.
+            // The tolerance covers the rounding of the sums of squares.
             report.check(Property::Stages, *more <= own * (1.0 + 1e-9), || {
                 format!("frame {frame}: squared error {own} of {stages} stages, {more} of one more")
             });
@@ -95,7 +95,7 @@ fn stages(case: &Case<'_>, decoder: &dyn Decoder, all: &Decoded, report: &mut Re
     }
 }
 
-/// Every lower resolution: of its size, finite, consistent.
+/// Every lower resolution: right size, finite, consistent.
 fn resolutions(case: &Case<'_>, decoder: &dyn Decoder, report: &mut Report) {
     for resolution in 1..case.codec.resolutions(case.settings) {
         let level = Level { resolution, ..Level::FULL };
@@ -115,7 +115,7 @@ fn resolutions(case: &Case<'_>, decoder: &dyn Decoder, report: &mut Report) {
     }
 }
 
-/// Parts of a frame decode to what the whole decodes to, and lie in their `value_range`.
+/// Parts of a frame decode to the same values as the whole frame, and lie in their `value_range`.
 fn regions(
     decoder: &dyn Decoder,
     (frame, level): (FrameIndex, Level),
@@ -153,7 +153,7 @@ fn cut(layout: &VolumeLayout, whole: &[f32], region: Region) -> Vec<f32> {
     region.rows().flat_map(|p| whole[first(p)..first(p) + row].iter().copied()).collect()
 }
 
-/// The whole, corners and edges as single voxels, cells of 2×2×2, and boxes of all kinds.
+/// The whole frame, corners and edges as single voxels, grid cells, and other boxes.
 fn some_regions(extent: Extent) -> Vec<Region> {
     let e = extent.to_array();
     let mut regions = vec![Region::whole(extent)];
@@ -183,7 +183,7 @@ fn some_regions(extent: Extent) -> Vec<Region> {
     regions
 }
 
-/// What does not exist is refused, not read.
+/// A key that does not exist is refused.
 fn keys(case: &Case<'_>, decoder: &dyn Decoder, decoded: &Decoded, report: &mut Report) {
     let layout = decoder.layout();
     let [x, y, z] = layout.extent.to_array();

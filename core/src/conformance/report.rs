@@ -1,10 +1,10 @@
-//! What the battery found.
+//! Results of the conformance tests.
 
 use std::fmt;
 
 use crate::codec::Settings;
 
-/// What every codec must hold.
+/// A property that every codec must have.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Property {
@@ -20,9 +20,9 @@ pub enum Property {
     Bound,
     /// Decoded values lie within `value_range`.
     Range,
-    /// Any region decodes to what the whole decodes to.
+    /// Any region decodes to the same values as in the whole frame.
     Regions,
-    /// More stages never raise the mean squared error, and as many as there are stand for all.
+    /// More stages never raise the mean squared error. A number above the stream's stages means all stages.
     Stages,
     /// Every resolution that the codec names decodes, to finite values.
     Resolutions,
@@ -32,12 +32,12 @@ pub enum Property {
     Damage,
     /// A later stream version gives [`crate::codec::DecodeError::Version`].
     Version,
-    /// The snippet is valid WGSL of the agreed form.
+    /// The snippet is valid WGSL and keeps its contract.
     Module,
     /// Shader and CPU agree, every voxel.
     Parity,
-    /// With default settings, no volume comes back worse than its mean, nor noise and checkerboards worse than from a
-    /// coarser grid of the same bytes ([`crate::stability`]).
+    /// With default settings, no volume comes back worse than its mean. Noise and checkerboards do not come back worse
+    /// than from a coarser grid of the same bytes ([`crate::stability`]).
     Trivial,
 }
 
@@ -50,7 +50,7 @@ pub struct Failure {
     pub settings: String,
     /// Name of the adversarial volume.
     pub volume: String,
-    /// What was expected and what came.
+    /// The expected and the actual result.
     pub message: String,
 }
 
@@ -60,7 +60,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Outcome of one run of the battery.
+/// Outcome of one run of the conformance tests.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// Codec id.
@@ -69,7 +69,7 @@ pub struct Report {
     pub checks: usize,
     /// Volumes that the codec refused.
     pub refused: usize,
-    /// Samples that came through a shader of the codec and were compared with the CPU decoder; 0 where none ran.
+    /// Samples that a shader of the codec decoded and that were compared with the CPU decoder. 0 if no shader ran.
     pub shader_samples: u64,
     /// What did not hold.
     pub failures: Vec<Failure>,
@@ -93,7 +93,7 @@ impl Report {
         }
     }
 
-    /// What follows concerns this volume.
+    /// Later checks and failures belong to this volume.
     pub(super) fn begin(&mut self, settings: &Settings, volume: &str) {
         self.settings = settings.to_string();
         volume.clone_into(&mut self.volume);
@@ -116,7 +116,7 @@ impl Report {
         None
     }
 
-    /// Whether the codec has a shader that no device ran: whatever holds, its shader may be wrong.
+    /// Whether the codec has a shader that no device ran. Such a shader may be wrong although all checks passed.
     #[must_use]
     pub const fn shader_not_run(&self) -> bool {
         self.has_shader && self.shader_samples == 0
@@ -128,7 +128,7 @@ impl Report {
         self.failures.iter().any(|f| f.property == property)
     }
 
-    /// Ends a test, and prints what was checked, and whether a shader was among it.
+    /// Ends a test. Prints what was checked, and whether a shader was compared.
     ///
     /// # Panics
     /// When a property did not hold, or nothing was checked; the message lists the first twenty failures.
@@ -147,7 +147,7 @@ impl Report {
     }
 }
 
-/// One sentence: what was checked, and whether a shader was among it.
+/// One sentence: what was checked, and whether a shader was compared.
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { codec, checks, refused, .. } = self;

@@ -1,4 +1,4 @@
-//! What holds of a stream that was carried elsewhere or damaged.
+//! Properties of a stream that was moved or damaged.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -52,7 +52,7 @@ impl Content {
     }
 }
 
-/// What a decoder made of a damaged stream.
+/// The result of decoding a damaged stream.
 enum Outcome {
     Refused(DecodeError),
     Accepted,
@@ -75,7 +75,7 @@ pub fn check(case: &Case<'_>, report: &mut Report) {
             Err(e) => format!("{what}: {e}"),
         });
     }
-    // A changed parameter may still make sense; it must not make the decoder panic.
+    // A changed parameter may still be valid. The decoder must not panic.
     for (what, changed) in changed_parameters(&content) {
         let outcome = decode(case, &changed);
         report
@@ -83,7 +83,7 @@ pub fn check(case: &Case<'_>, report: &mut Report) {
     }
 }
 
-/// The settings in a container are for the record: the stream decodes without them, wherever it lies.
+/// The settings in a container are only for the record. The stream decodes without them, in any folder.
 fn alone(case: &Case<'_>, content: &Content, report: &mut Report) {
     let bare = Content { settings: Settings::default(), ..content.clone() };
     let all = |volume| {
@@ -158,7 +158,7 @@ fn damages(content: &Content) -> Vec<(String, Content)> {
     all
 }
 
-/// Every parameter in turn gone, or of a strange value.
+/// Each parameter in turn removed, or set to a strange value.
 fn changed_parameters(content: &Content) -> Vec<(String, Content)> {
     let Value::Object(parameters) = &content.parameters else { return Vec::new() };
     let mut all = Vec::new();
@@ -192,7 +192,7 @@ fn decode(case: &Case<'_>, content: &Content) -> Result<Outcome, String> {
             Ok(decoder) => FrameStore::open(decoder.into(), u64::MAX),
             Err(e) => return Outcome::Refused(e),
         };
-        // Large claims that were believed would cost memory here: touch only what exists.
+        // A decoder that trusted a huge size would cost memory here, so only small volumes are decoded.
         if decoder.layout().extent.voxels() <= 1 << 20 {
             let _ = Decoded::at(decoder.as_ref(), Level::FULL);
         }

@@ -1,4 +1,4 @@
-//! Adversarial volumes, made from integer arithmetic so that they are the same everywhere.
+//! Adversarial volumes. They are made with integer arithmetic, so they are equal on every platform.
 
 use crate::codec::{Block, Codec, Settings};
 use crate::volume::{DenseVolume, Extent, SampleType, Samples, VolumeLayout};
@@ -6,11 +6,11 @@ use crate::volume::{DenseVolume, Extent, SampleType, Samples, VolumeLayout};
 /// One adversarial volume.
 #[derive(Clone, Debug)]
 pub struct Subject {
-    /// `noise u16 13×17×23`, with channels and frames where they are not 1.
+    /// Name such as `noise u16 13×17×23`, with channels and frames if they are not 1.
     pub name: String,
     /// The volume; it may hold NaN, infinities and subnormals.
     pub volume: DenseVolume,
-    /// Whether its stream is also damaged in every way: one of each kind of layout is enough.
+    /// Whether its stream is also damaged in every way. One volume of each kind of layout is enough.
     pub tamper: bool,
 }
 
@@ -29,7 +29,7 @@ struct At {
 }
 
 impl At {
-    /// A hash of position, channel and frame, evenly spread.
+    /// A uniformly distributed hash of position, channel and frame.
     fn hash(&self) -> u32 {
         let mut h = 0x9e37_79b9_u32;
         for v in [self.p[0], self.p[1], self.p[2], self.channel, self.frame] {
@@ -84,7 +84,7 @@ const FLOAT_PATTERNS: &[(&str, Pattern)] = &[
     ("fractions", |a| f64::from(a.hash()) / 1e7 - 123.456),
 ];
 
-/// Every volume of the battery; `block` is the unit that the codec codes on its own.
+/// All volumes of the conformance tests. `block` is the codec's block.
 #[must_use]
 pub fn subjects(block: Block) -> Vec<Subject> {
     let odd = [13, 17, 23];

@@ -9,7 +9,7 @@ use super::spec::Spec;
 /// The header is padded to a multiple of this many bytes, length word included. Tensors begin there.
 pub const RESERVED: usize = 2048;
 
-/// Largest header that a reader accepts: a guard against a length word that lies.
+/// Largest header that a reader accepts. It guards against a wrong length word.
 pub const MAX_HEADER: u64 = 16 << 20;
 
 /// Metadata key of the spec.
@@ -39,13 +39,13 @@ pub struct Entry {
     pub data_offsets: [u64; 2],
 }
 
-/// Bytes of a tensor, `None` when the shape overflows.
+/// Bytes of a tensor. `None` if the shape overflows.
 pub fn tensor_bytes(element: super::Element, shape: &[u64]) -> Option<u64> {
     shape.iter().try_fold(element.bytes() as u64, |n, &s| n.checked_mul(s))
 }
 
-/// The header bytes, length word included, padded to a multiple of [`RESERVED`]. Tensors lie in the order of
-/// their names.
+/// The header bytes, length word included, padded to a multiple of [`RESERVED`]. Tensors are in the order of their
+/// names.
 pub fn encode(spec: &Spec) -> Result<Vec<u8>, String> {
     let json = serde_json::to_string(spec).map_err(|e| e.to_string())?;
     let crc = format!("{:08x}", crc32c::crc32c(json.as_bytes()));

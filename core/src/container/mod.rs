@@ -1,7 +1,7 @@
 //! The encoded file: a safetensors file whose metadata hold one JSON [`Spec`].
 //!
-//! The spec says which codec wrote the tensors, the volume's layout, every parameter that decoding needs, and a
-//! crc32c per tensor; a crc32c over the spec itself stands beside it. Nothing outside the file is needed.
+//! The spec holds the codec that wrote the tensors, the volume's layout, every parameter that decoding needs, and a
+//! crc32c per tensor. Next to it stands a crc32c of the spec itself. A decoder needs nothing outside the file.
 
 mod header;
 mod read;
@@ -17,7 +17,7 @@ pub use write::{ContainerWriter, StreamWriter, Written};
 
 use crate::memory::OutOfMemory;
 
-/// Why a container cannot be read or written. The path stands in the message where there is one.
+/// Why a container cannot be read or written. The message has the path, if there is one.
 #[derive(Debug, thiserror::Error)]
 pub enum ContainerError {
     /// Reading or writing failed.
@@ -28,12 +28,12 @@ pub enum ContainerError {
         /// Cause.
         source: std::io::Error,
     },
-    /// The file is not a container of ours, or damaged; the message says what is wrong.
+    /// The file is not a `cvr` container, or it is damaged. The message says what is wrong.
     #[error("{path}: {problem}")]
     Malformed {
         /// File.
         path: String,
-        /// What is wrong, and the way out.
+        /// The problem, and the way out.
         problem: String,
     },
     /// There is no memory for its tensors.
@@ -52,7 +52,7 @@ pub enum ContainerError {
         /// Names present.
         known: String,
     },
-    /// A tensor is of another type or length than its use demands.
+    /// A tensor has another type or length than its use requires.
     #[error("tensor `{name}`: {problem}")]
     Tensor {
         /// Tensor.

@@ -1,4 +1,4 @@
-//! Reading a container: every length is checked before it is believed, every checksum before it is used.
+//! Reading a container. Lengths and checksums are checked before the data is used.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -12,7 +12,7 @@ use super::spec::FORMAT_VERSION;
 use super::{ContainerError, Element, Spec, header};
 use crate::memory::{self, Held};
 
-/// One tensor in memory. A clone shares the bytes, so that a decoder may keep the tensors it reads.
+/// One tensor in memory. Clones share the bytes, so a decoder can keep its tensors at no cost.
 #[derive(Clone, Debug)]
 pub struct Tensor {
     /// Element type.
@@ -23,7 +23,7 @@ pub struct Tensor {
     bytes: usize,
 }
 
-/// The bytes of a tensor in whole 32-bit words, so that they are aligned; the last may be padded with zero.
+/// The bytes of a tensor in whole 32-bit words, so that they are aligned. The last word may be padded with zeros.
 #[derive(Debug)]
 struct Words {
     words: Vec<u32>,
@@ -120,7 +120,7 @@ impl EncodedVolume {
         self.tensors.values().map(|tensor| tensor.bytes as u64).sum()
     }
 
-    /// A tensor by name, of the element type that its user needs.
+    /// The tensor of this name. It must have this element type.
     ///
     /// # Errors
     /// When it is absent or of another type.
@@ -136,8 +136,9 @@ impl EncodedVolume {
         Ok(tensor)
     }
 
-    /// A tensor by name, of the element type and shape (slowest axis first) that its user derives from the
-    /// layout and the parameters: a decoder that begins with this never reads outside its tensors.
+    /// The tensor of this name. It must have this element type and this shape (slowest axis first), which the caller
+    /// computes from the layout and the parameters. A decoder that starts with this call never reads outside its
+    /// tensors.
     ///
     /// # Errors
     /// When it is absent, of another type or of another shape.
@@ -167,7 +168,7 @@ impl EncodedVolume {
     }
 }
 
-/// Reads and cross-checks the header; returns the spec and where the tensors begin.
+/// Reads and checks the header. Returns the spec and the position of the tensors.
 fn read_header(file: &mut File, file_bytes: u64) -> Result<(Spec, u64), String> {
     const NOT_OURS: &str = "not a cvr container (a safetensors file with a `cvr` spec)";
     let mut length = [0; 8];

@@ -58,7 +58,7 @@ pub struct TensorSpec {
     pub crc32c: u32,
 }
 
-/// What a container says of its content.
+/// The metadata in a container.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spec {
@@ -70,11 +70,11 @@ pub struct Spec {
     pub stream_version: u32,
     /// Shape of the volume.
     pub layout: VolumeLayout,
-    /// Settings of the encoder, for the record; decoding uses `parameters`.
+    /// Settings of the encoder, only for the record. Decoding uses `parameters`.
     pub settings: Settings,
-    /// Everything the decoder needs beside the tensors; its form belongs to the codec.
+    /// All parameters that the decoder needs. The codec defines their form.
     pub parameters: serde_json::Value,
-    /// What the encoder promises.
+    /// The encoder's promises.
     pub report: EncodeReport,
     /// Samples replaced before encoding.
     pub replaced: Replaced,

@@ -1,5 +1,5 @@
-//! Writing a container: tensors of unknown length are spooled, the header goes in front at the end, and the
-//! file appears under its name only when it is whole.
+//! Writing a container. Tensors of unknown length go to temporary files first. The header is written in front of them
+//! at the end. The file gets its name only when it is complete.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,7 +14,7 @@ use crate::codec::{CodecInfo, EncodeReport, Settings};
 use crate::file::{folder_of, scratch_folder, write_whole};
 use crate::volume::{Replaced, VolumeLayout};
 
-/// Where an encoder puts its tensors.
+/// Where an encoder writes its tensors.
 pub trait StreamWriter {
     /// Appends bytes (little-endian elements) to a tensor, which the first call creates.
     ///
@@ -22,7 +22,7 @@ pub trait StreamWriter {
     /// When the name is malformed, the element type changes, or writing fails.
     fn append(&mut self, tensor: &str, element: Element, bytes: &[u8]) -> Result<(), ContainerError>;
 
-    /// Gives a tensor its shape, slowest axis first; without this it has one axis.
+    /// Sets the shape of a tensor, slowest axis first. Without this call it has one axis.
     ///
     /// # Errors
     /// When the tensor does not exist.
@@ -81,7 +81,7 @@ pub struct ContainerWriter {
 }
 
 impl ContainerWriter {
-    /// Starts a container that will stand at `path`. Nothing appears there before [`ContainerWriter::finish`].
+    /// Starts a container for `path`. No file has that name before [`ContainerWriter::finish`].
     ///
     /// # Errors
     /// When the folder does not exist.

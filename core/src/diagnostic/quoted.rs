@@ -1,5 +1,5 @@
-//! A source text as an error quotes it: of a long line only what surrounds the places that are pointed at. A text from
-//! outside may be one line of megabytes.
+//! A source text as an error quotes it. Of a long line, only the surroundings of the marked places are shown: a text
+//! from outside may be one line of megabytes.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use codespan_reporting::files::{Error, Files};
 
 /// Longest line that is quoted whole, in bytes.
 const LONGEST_LINE: usize = 240;
-/// Bytes that are quoted before and behind a place in a longer one.
+/// Bytes quoted before and behind a place in a long line.
 const AROUND: usize = 40;
 const LEFT_OUT: &str = "…";
 
@@ -16,7 +16,7 @@ pub(super) struct Quoted {
     name: String,
     original: String,
     cut: String,
-    /// Beginnings of the lines, in the text as it is cut.
+    /// Start of each line in the shortened text.
     lines: Vec<usize>,
     pieces: Vec<Piece>,
 }
@@ -25,12 +25,12 @@ pub(super) struct Quoted {
 struct Piece {
     /// In the original.
     from: Range<usize>,
-    /// Where they begin in the text as it is cut.
+    /// Their start in the shortened text.
     to: usize,
 }
 
 impl Quoted {
-    /// `places` are bytes of the text that errors point at.
+    /// `places` are byte positions in the text that errors point at.
     pub fn new(name: String, original: String, places: &[usize]) -> Self {
         let mut quoted =
             Self { name, original: String::new(), cut: String::new(), lines: vec![0], pieces: Vec::new() };
@@ -88,7 +88,7 @@ impl Quoted {
         }
     }
 
-    /// Bytes of the original in the text as it is cut: as far as the line is quoted from the first of them on.
+    /// Range in the shortened text for a range of the original, as far as the line is quoted.
     pub fn span(&self, original: Range<usize>) -> Range<usize> {
         let at = self.pieces.partition_point(|piece| piece.from.start <= original.start).saturating_sub(1);
         let place = |position: usize, piece: &Piece| {
@@ -105,7 +105,7 @@ impl Quoted {
         start..end.max(start)
     }
 
-    /// The place in the original of one in the text as it is cut.
+    /// Position in the original for a position in the shortened text.
     fn original(&self, cut: usize) -> usize {
         let at = self.pieces.partition_point(|piece| piece.to <= cut).saturating_sub(1);
         self.pieces

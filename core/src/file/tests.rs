@@ -50,7 +50,7 @@ mod unix {
         let at = |name: &str| folder.path().join(name);
         std::fs::create_dir(at("far")).unwrap();
         write(&at("far/file"), b"old").unwrap();
-        // A second name of the old file tells whether it was replaced or written into.
+        // A second name of the old file shows whether it was replaced or overwritten.
         std::fs::hard_link(at("far/file"), at("old")).unwrap();
         symlink("far/file", at("link")).unwrap();
         symlink("link", at("link to link")).unwrap();
@@ -63,7 +63,7 @@ mod unix {
             );
         }
         assert_eq!(std::fs::read_dir(at("far")).unwrap().count(), 1);
-        // What a link names need not exist yet; a failed write does not make it.
+        // The target of a link need not exist. A failed write does not create it.
         symlink("far/new", at("dangling")).unwrap();
         assert!(write_whole(&at("dangling"), |_| Err(io::Error::other("no"))).is_err());
         assert!(!at("far/new").exists());
@@ -89,7 +89,7 @@ mod unix {
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
-    /// The twin of a full disk: what is still in a buffer must not be lost in silence, be it one byte.
+    /// The twin of a full disk: buffered bytes must not get lost without an error, not even one.
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_device_is_an_error() {

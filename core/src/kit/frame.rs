@@ -4,10 +4,10 @@ use super::voxels::corner;
 use super::{BlockGrid, FetchVoxels, Voxel};
 use crate::render::Cell;
 
-/// One frame in which the voxels of a block share a *head*: what is found once for all of them, such as endpoints or the
-/// first code of a codeword. Voxels, cells and rows follow from it.
+/// A frame whose voxels share a *head* per block: data that is found once per block, such as endpoints or the first
+/// code of a codeword. Voxels, cells and rows are derived from it.
 pub trait BlockFrame {
-    /// What the voxels of a block share, of all channels.
+    /// The data that all voxels and channels of a block share.
     type Head: Copy;
 
     /// The grid of blocks.
@@ -50,7 +50,7 @@ impl<F: BlockFrame> FetchVoxels for F {
         all_channels(self, self.head(block), inside)
     }
 
-    /// The head of each of the one to eight blocks is found once.
+    /// Finds the head of each of the one to eight blocks once.
     #[inline]
     fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> Cell {
         let ((from, a), (to, b)) = (self.grid().split(p), self.grid().split(q));
@@ -64,7 +64,7 @@ impl<F: BlockFrame> FetchVoxels for F {
         })
     }
 
-    /// The head of each block is found once.
+    /// Finds the head of each block once.
     fn fetch_row(&self, start: [u32; 3], out: &mut [f32]) {
         let (width, channels) = (self.grid().block().0.x(), BlockFrame::channels(self));
         let (mut p, mut rest) = (start, out);

@@ -3,7 +3,7 @@
 use crate::codec::Block;
 use crate::volume::{Extent, Region, ValueRange};
 
-/// Blocks of one size over a volume, from its first voxel on; the volume's border cuts the last ones.
+/// Blocks of one size over a volume, starting at its first voxel. The border cuts the last ones.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct BlockGrid {
     block: Block,
@@ -36,7 +36,7 @@ impl BlockGrid {
         self.blocks
     }
 
-    /// The block that voxel `p` lies in, and where in it.
+    /// The block of voxel `p`, and the position of `p` in that block.
     #[must_use]
     #[inline]
     pub fn split(&self, p: [u32; 3]) -> ([u32; 3], [u32; 3]) {
@@ -71,11 +71,11 @@ impl BlockGrid {
         let (size, extent) = (self.block.0.to_array(), region.extent.to_array());
         let from = [0, 1, 2].map(|a| region.origin[a] / size[a]);
         let count = [0, 1, 2].map(|a| (region.origin[a] + extent[a] - 1) / size[a] + 1 - from[a]);
-        // No more blocks than voxels, which are an extent.
+        // There are no more blocks than voxels, and the voxels are an extent.
         Region { origin: from, extent: Extent::try_from(count).unwrap_or(Extent::ONE) }
     }
 
-    /// The range of a box of voxels out of those of the blocks that it touches.
+    /// The range of a box of voxels: the union of the ranges of the blocks that it touches.
     pub fn range(&self, region: Region, of_block: impl FnMut([u32; 3]) -> ValueRange) -> Option<ValueRange> {
         self.touched(region).positions().map(of_block).reduce(ValueRange::union)
     }

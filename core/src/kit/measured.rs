@@ -1,4 +1,4 @@
-//! What came out of encoding: the range of what is decoded, and the largest error.
+//! Results of encoding: the range of decoded values, and the largest error.
 
 use crate::volume::ValueRange;
 
@@ -7,15 +7,15 @@ use crate::volume::ValueRange;
 pub struct Measured {
     low: f32,
     high: f32,
-    /// In data units, integers rounded.
+    /// In data units. Integers are rounded first.
     pub error: f64,
 }
 
 impl Measured {
-    /// Of no samples.
+    /// No samples.
     pub const NOTHING: Self = Self { low: f32::INFINITY, high: f32::NEG_INFINITY, error: 0.0 };
 
-    /// Counts a sample and what it decodes to.
+    /// Adds a sample and its decoded value.
     pub fn add(&mut self, sample: f32, decoded: f32, integers: bool) {
         let shown = if integers { decoded.round() } else { decoded };
         self.low = self.low.min(decoded);
@@ -23,7 +23,7 @@ impl Measured {
         self.error = self.error.max((f64::from(shown) - f64::from(sample)).abs());
     }
 
-    /// Of both.
+    /// The union of both.
     pub const fn and(self, other: Self) -> Self {
         Self {
             low: self.low.min(other.low),
@@ -32,7 +32,7 @@ impl Measured {
         }
     }
 
-    /// The range; 0 to 0 where there is no sample.
+    /// The range. 0 to 0 if there is no sample.
     pub fn range(self) -> ValueRange {
         if self.low <= self.high {
             ValueRange { min: self.low, max: self.high }

@@ -1,11 +1,11 @@
-//! What codecs of blocks share, so that each writes down its own idea alone.
+//! The code that codecs of blocks share.
 //!
-//! The kit lies in `core` and is no crate of its own, since it is made of nothing but core's types and every codec already
-//! names `core`. A decoder needs a [`BlockGrid`], its tensors as [`PartedTensor`]s, and one of two traits for its frames:
-//! [`BlockFrame`] where voxels of a block share what is found once for all of them, [`FetchVoxels`] where a cell or a row has
-//! a faster way of its own. A [`StreamReader`] of such frames is a decoder. An encoder reads [`BlockRow`]s, codes them in parallel
-//! with [`code_frame`], and counts its errors with [`Measured`]. A codec whose blocks are records of one length needs no more
-//! than a [`BlockCodec`].
+//! The kit is part of `core`: it uses only core's types, and every codec already depends on `core`. A decoder needs a
+//! [`BlockGrid`], its tensors as [`PartedTensor`]s, and one of two traits for its frames: [`BlockFrame`] if the voxels
+//! of a block share data that is found once per block, or [`FetchVoxels`] if a cell or a row has a faster path of its
+//! own. A [`StreamReader`] of such frames is a decoder. An encoder reads [`BlockRow`]s, codes them in parallel with
+//! [`code_frame`], and measures its errors with [`Measured`]. A codec whose blocks are records of one length needs only
+//! a [`BlockCodec`].
 
 mod blocks;
 mod frame;

@@ -1,11 +1,11 @@
-//! Tensors that are as many parts of one length as their slowest axis says: frames, or tables.
+//! Tensors in parts of equal length along their slowest axis: frames, or tables.
 
 use std::borrow::Cow;
 
 use crate::codec::{DecodeError, Resource};
 use crate::container::{Element, EncodedVolume, Tensor};
 
-/// A tensor of words, checked once, in parts along its slowest axis.
+/// A tensor of words in parts along its slowest axis. It is checked once.
 #[derive(Clone, Debug)]
 pub struct PartedTensor {
     name: &'static str,
@@ -14,10 +14,10 @@ pub struct PartedTensor {
 }
 
 impl PartedTensor {
-    /// The tensor of this name, which must have this shape, slowest axis first.
+    /// Opens the tensor `name`. It must have this shape, slowest axis first.
     ///
     /// # Errors
-    /// When it is absent, holds no words of 32 bits, or has another shape.
+    /// If the tensor is absent, does not hold 32-bit words, or has another shape.
     pub fn open(volume: &EncodedVolume, name: &'static str, shape: &[u64]) -> Result<Self, DecodeError> {
         let tensor = volume.tensor_of_shape(name, Element::U32, shape)?.clone();
         let parts = shape.first().map_or(1, |parts| (*parts as usize).max(1));
@@ -27,14 +27,14 @@ impl PartedTensor {
     /// Part `i`.
     ///
     /// # Panics
-    /// When there is no such part.
+    /// If there is no such part.
     #[must_use]
     #[inline]
     pub fn part(&self, i: usize) -> &[u32] {
         &self.tensor.words()[i * self.part_words..(i + 1) * self.part_words]
     }
 
-    /// All parts, one after the other.
+    /// All parts, one after another.
     #[must_use]
     pub fn words(&self) -> &[u32] {
         self.tensor.words()
@@ -43,7 +43,7 @@ impl PartedTensor {
     /// Part `i` as a buffer of the tensor's name.
     ///
     /// # Panics
-    /// When there is no such part.
+    /// If there is no such part.
     #[must_use]
     pub fn resource(&self, i: usize) -> Resource<'_> {
         Resource { name: self.name, words: Cow::Borrowed(self.part(i)) }

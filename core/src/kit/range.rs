@@ -9,7 +9,7 @@ use crate::volume::{BrickSource, FrameIndex, ValueRange};
 /// The range of all values of the source, read in rows of blocks.
 ///
 /// # Errors
-/// Those of reading, and when `run` was cancelled.
+/// If reading fails, or if `run` was cancelled.
 pub fn value_range(
     source: &dyn BrickSource,
     block: Block,

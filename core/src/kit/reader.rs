@@ -1,4 +1,4 @@
-//! A stream that is read: what a decoder is, but for what all readers do alike.
+//! A checked stream. The kit turns it into a decoder.
 
 use std::fmt::Debug;
 
@@ -10,8 +10,8 @@ use crate::codec::{
 };
 use crate::volume::{BrickKey, FrameIndex, Level, ReferenceFrames, Region, ValueRange, VolumeLayout};
 
-/// A stream, checked when it was opened, whose frames depend on no other and fetch any voxel. It is a [`Decoder`] with a
-/// shader: keys and frame numbers are checked before any of its methods is asked.
+/// A stream that was checked when it was opened. Its frames do not depend on each other, and any voxel can be fetched.
+/// A [`Decoder`] with a shader is derived from it: keys and frame numbers are checked before a method is called.
 pub trait StreamReader: Debug + Send + Sync {
     /// A frame at a level.
     type Frame<'a>: FetchVoxels
@@ -21,7 +21,7 @@ pub trait StreamReader: Debug + Send + Sync {
     /// Shape of the decoded volume.
     fn layout(&self) -> &VolumeLayout;
 
-    /// Resolutions of the stream, the full one included, as [`crate::codec::Codec::resolutions`].
+    /// Number of resolutions, the full one included. See [`crate::codec::Codec::resolutions`].
     fn resolutions(&self) -> u8 {
         1
     }
@@ -29,20 +29,20 @@ pub trait StreamReader: Debug + Send + Sync {
     /// A frame at a level.
     fn frame(&self, frame: FrameIndex, level: Level) -> Self::Frame<'_>;
 
-    /// A range that holds every decoded value of a box, as [`Decoder::value_range`].
+    /// A range that holds every decoded value of a box. See [`Decoder::value_range`].
     fn range(&self, key: BrickKey) -> Option<ValueRange>;
 
-    /// The smallest texel that holds decoded values without loss.
+    /// The smallest texel format that holds decoded values without loss.
     fn decoded_form(&self) -> DecodedForm {
         DecodedForm::FLOAT32
     }
 
-    /// A frame as texture units decode it, as [`Decoder::block_texture`].
+    /// A frame as a block texture. See [`Decoder::block_texture`].
     fn block_texture(&self, _frame: FrameIndex, _level: Level) -> Option<BlockTexture<'_>> {
         None
     }
 
-    /// Whether a shader, which counts in 32 bits, can address one frame.
+    /// Whether a shader can address one frame with 32-bit numbers.
     fn fits_a_shader(&self) -> bool;
 
     /// The snippet and its constants.
@@ -51,7 +51,7 @@ pub trait StreamReader: Debug + Send + Sync {
     /// How closely the shader follows the CPU decoder.
     fn agreement(&self) -> Agreement;
 
-    /// The buffers of a frame, in the order in which they are bound.
+    /// The buffers of a frame, in binding order.
     fn buffers(&self, frame: FrameIndex) -> Vec<Resource<'_>>;
 }
 

@@ -7,7 +7,8 @@ use crate::volume::{BrickSource, Extent, FrameIndex, Region};
 #[derive(Debug)]
 pub struct BlockRow {
     values: Vec<f32>,
-    /// Voxels of the row: the volume's width, and what there is of the blocks along y and z.
+    /// Size of the row in voxels: the volume's width, and the height and depth of the blocks after the border cuts
+    /// them.
     size: [usize; 3],
     block: [usize; 3],
     channels: usize,
@@ -17,7 +18,7 @@ impl BlockRow {
     /// Reads the row `by`, `bz` of the block grid.
     ///
     /// # Errors
-    /// Those of the source.
+    /// If the source fails.
     pub fn read(
         source: &dyn BrickSource,
         block: Block,
@@ -43,21 +44,21 @@ impl BlockRow {
         &self.values
     }
 
-    /// Voxels that there are of block `bx`: less than a whole block at the volume's border.
+    /// Size of block `bx` in voxels. At the volume's border it is less than a whole block.
     ///
     /// # Panics
-    /// When there is no such block.
+    /// If there is no such block.
     #[must_use]
     pub fn cut(&self, bx: u32) -> [usize; 3] {
         let left = self.size[0] - bx as usize * self.block[0];
         [left.min(self.block[0]), self.size[1], self.size[2]]
     }
 
-    /// Appends block `bx` as a vector: voxels x fastest, channels interleaved. Where the volume ends, its last voxel is
-    /// repeated.
+    /// Appends block `bx` as a vector: voxels x fastest, channels interleaved. Beyond the volume's border the last
+    /// voxel is repeated.
     ///
     /// # Panics
-    /// When there is no such block.
+    /// If there is no such block.
     pub fn append(&self, bx: u32, vector: &mut Vec<f32>) {
         let (cut, first) = (self.cut(bx), bx as usize * self.block[0]);
         for z in 0..self.block[2] {

@@ -5,12 +5,12 @@ use rayon::prelude::*;
 use super::BlockGrid;
 use crate::codec::{EncodeError, Progress};
 
-/// Codes the rows of blocks of a frame (`row(by, bz)`) in parallel, and hands those of each slab to `each` in their order
-/// (y fastest). A slab is as many layers of blocks as reach over `slab_voxels` along z, at least one. Voxels count as done
-/// once `each` has taken their slab; what comes out does not depend on the number of threads.
+/// Codes the rows of blocks of a frame (`row(by, bz)`) in parallel. Hands the rows of each slab to `each` in order (y
+/// fastest). A slab is as many layers of blocks as cover `slab_voxels` along z, at least one. Progress counts the
+/// voxels of a slab after `each` took it. The result does not depend on the number of threads.
 ///
 /// # Errors
-/// Those of `row` and `each`, and when `run` was cancelled.
+/// If `row` or `each` fails, or if `run` was cancelled.
 pub fn code_frame<R: Send>(
     grid: &BlockGrid,
     slab_voxels: u32,

@@ -4,10 +4,10 @@ use super::BlockGrid;
 use crate::render::Cell;
 use crate::volume::Region;
 
-/// A voxel: one value per channel, 0 where there is no channel.
+/// A voxel: one value per channel. Unused channels are 0.
 pub type Voxel = [f32; 4];
 
-/// One frame. Each of its voxels decodes on its own. A cell, a row or a box may have a faster way, with equal values.
+/// A frame whose voxels decode on their own. A cell, a row or a box may have a faster path with equal values.
 pub trait FetchVoxels {
     /// Values per voxel: 1 or 3.
     fn channels(&self) -> usize;
@@ -15,14 +15,14 @@ pub trait FetchVoxels {
     /// The voxel at `p`.
     ///
     /// # Panics
-    /// When `p` lies outside.
+    /// If `p` lies outside.
     fn fetch(&self, p: [u32; 3]) -> Voxel;
 
-    /// The corners of the cell from `p` to `q`, which is `p` or `p + 1` along each axis: corner `i` takes x from bit 0, y
-    /// from bit 1, z from bit 2 of `i`.
+    /// The corners of the grid cell from `p` to `q`. `q` is `p` or `p + 1` along each axis. Corner `i` takes x from bit
+    /// 0, y from bit 1, z from bit 2 of `i`.
     ///
     /// # Panics
-    /// When a corner lies outside.
+    /// If a corner lies outside.
     fn fetch_cell(&self, p: [u32; 3], q: [u32; 3]) -> Cell {
         std::array::from_fn(|i| self.fetch(corner(p, q, i)))
     }
@@ -30,7 +30,7 @@ pub trait FetchVoxels {
     /// Voxels from `start` on along x, channels interleaved.
     ///
     /// # Panics
-    /// When one lies outside.
+    /// If a voxel lies outside.
     fn fetch_row(&self, start: [u32; 3], out: &mut [f32]) {
         let channels = self.channels();
         for (x, out) in (start[0]..).zip(out.chunks_exact_mut(channels)) {
@@ -38,18 +38,18 @@ pub trait FetchVoxels {
         }
     }
 
-    /// All voxels of a box, x fastest, channels interleaved: row by row.
+    /// All voxels of a box, row by row: x fastest, channels interleaved.
     ///
     /// # Panics
-    /// When one lies outside.
+    /// If a voxel lies outside.
     fn fetch_box(&self, region: Region, out: &mut [f32]) {
         let row = region.extent.x() as usize * self.channels();
         region.rows().zip(out.chunks_exact_mut(row)).for_each(|(start, out)| self.fetch_row(start, out));
     }
 }
 
-/// Fills a box from whole blocks. Each block is decoded once: `values` gives all voxels of channel `c` of a block, x
-/// fastest. The [`FetchVoxels::fetch_box`] of a codec whose blocks cost the same for one voxel as for all.
+/// Fills a box from whole blocks. Each block is decoded once: `values` returns all voxels of channel `c` of a block, x
+/// fastest. Codecs whose blocks cost the same for one voxel as for all use it as their [`FetchVoxels::fetch_box`].
 pub fn fill_from_blocks<V: AsRef<[f32]>>(
     grid: &BlockGrid,
     region: Region,
@@ -83,12 +83,12 @@ pub(super) fn corner(p: [u32; 3], q: [u32; 3], i: usize) -> [u32; 3] {
     [0, 1, 2].map(|a| if i >> a & 1 == 0 { p[a] } else { q[a] })
 }
 
-/// Decodes a box into `out` (x fastest, channels interleaved) by whichever way fits it: one voxel, a cell of 2×2×2 voxels,
-/// which is how the CPU mirror draws at the site *inline*, or all of it. The body of [`crate::codec::Decoder::decode_brick`]
-/// once [`crate::codec::check_key`] has seen the key.
+/// Decodes a box into `out` (x fastest, channels interleaved). It uses the cheapest path: one voxel, a grid cell of
+/// 2×2×2 voxels (the CPU mirror reads these at the site *inline*), or the whole box.
+/// [`crate::codec::Decoder::decode_brick`] calls it after [`crate::codec::check_key`].
 ///
 /// # Panics
-/// When `out` has not exactly region voxels × channels elements, or a voxel lies outside.
+/// If `out` does not have exactly region voxels × channels elements, or a voxel lies outside.
 pub fn decode_region(frame: &impl FetchVoxels, region: Region, out: &mut [f32]) {
     let channels = frame.channels();
     let Region { origin, extent } = region;
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
     use crate::volume::Extent;
 
-    /// Neither cell nor row of its own.
+    /// Has no cell or row function of its own.
     struct Numbered(Extent);
 
     impl FetchVoxels for Numbered {

@@ -4,21 +4,21 @@ use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{PoisonError, RwLock};
 
-/// Who says how much may be taken.
+/// Origin of a memory limit.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The user.
     User,
-    /// The machine has so much free.
+    /// Free memory of the machine.
     Machine,
-    /// The control group of this process (a container, a batch job) has so much free.
+    /// Free memory of this process's control group (a container, a batch job).
     ControlGroup,
 }
 
-/// How much memory may be taken.
+/// A limit on memory.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Bound {
-    /// Bytes of all buffers of voxels and streams together.
+    /// Limit in bytes for all buffers of voxels and streams together.
     pub bytes: u64,
     /// Who says so.
     pub source: Source,
@@ -98,18 +98,18 @@ impl Account {
 
 static PROCESS: Account = Account::new();
 
-/// From now on no more than this may be taken.
+/// Sets the limit of this process.
 pub fn allow(bound: Bound) {
     *PROCESS.bound.write().unwrap_or_else(PoisonError::into_inner) = Some(bound);
 }
 
-/// What may be taken; `None` if there is no limit.
+/// The limit of this process. `None` if there is none.
 #[must_use]
 pub fn allowed() -> Option<Bound> {
     PROCESS.bound()
 }
 
-/// Checks that this many more bytes may be taken; `what` needs them.
+/// Checks that this many more bytes fit within the limit. `what` names their use in the error.
 ///
 /// # Errors
 /// When they exceed the limit.
@@ -117,7 +117,7 @@ pub fn check(bytes: u64, what: impl FnOnce() -> String) -> Result<(), OutOfMemor
     PROCESS.check(bytes, what)
 }
 
-/// A vector of zeros, after a check that it fits.
+/// A vector of zeros, after a check that it fits within the limit.
 ///
 /// # Errors
 /// When the limit or the system refuses them.
@@ -126,18 +126,18 @@ pub fn zeroed<T: Clone + Default>(count: u64, what: impl Fn() -> String) -> Resu
     check(needed, &what)?;
     let refused = || OutOfMemory { what: what(), needed, taken: 0, bound: None };
     let count = usize::try_from(count).map_err(|_| refused())?;
-    // The probe asks the system without touching a page; `vec!` then gets pages that are zero already.
+    // The probe asks the system without touching a page. `vec!` then gets pages that are already zero.
     Vec::<T>::new().try_reserve_exact(count).map_err(|_| refused())?;
     Ok(vec![T::default(); count])
 }
 
-/// Bytes that are taken as long as this lives. It is a field beside the buffer. It equals any other `Held`, so owners
+/// Counts bytes as used while it lives. It is a field next to the buffer. All `Held` values are equal, so owners
 /// compare by their contents.
 #[derive(Debug, Default)]
 pub struct Held(u64);
 
 impl Held {
-    /// Counts a buffer that is there: its size was compared with what may be taken before it was reserved.
+    /// Counts an existing buffer. Its size was checked before it was reserved.
     #[must_use]
     pub fn new(bytes: u64) -> Self {
         PROCESS.taken.fetch_add(bytes, Ordering::Relaxed);
@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(zeroed::<f32>(3, String::new).unwrap(), [0.0; 3]);
     }
 
-    /// Other tests of this process hold buffers at the same time: only a size that none of them has is conclusive.
+    /// Other tests of this process hold buffers at the same time. Only a size that no other test uses is conclusive.
     #[test]
     fn a_buffer_counts_as_long_as_it_lives() {
         const LARGE: u64 = 1 << 50;

@@ -1,17 +1,17 @@
-//! What the machine, or the control group of this process, has free.
+//! Free memory of the machine, or of this process's control group.
 
 use std::path::Path;
 
 use super::{Bound, Source};
 
-/// Free bytes: what Linux reports as available, or less if a control group (of either version, at any height) allows
-/// less. `None` on systems that do not report it.
+/// Free bytes: the memory that Linux reports as available, or less if a control group (version 1 or 2, this group or a
+/// parent) allows less. `None` on systems that do not report it.
 #[must_use]
 pub fn free() -> Option<Bound> {
     free_under(Path::new("/"))
 }
 
-/// The same with another root of all files.
+/// As [`free`], with another root folder.
 fn free_under(root: &Path) -> Option<Bound> {
     let machine = available(root).map(|bytes| Bound { bytes, source: Source::Machine });
     let group = groups(root).into_iter().min().map(|bytes| Bound { bytes, source: Source::ControlGroup });
@@ -26,13 +26,13 @@ fn available(root: &Path) -> Option<u64> {
     kib.checked_mul(1024)
 }
 
-/// What a version of control groups calls its files.
+/// File names of one version of control groups.
 struct Files {
     /// Where the hierarchy is mounted.
     mount: &'static str,
     limit: &'static str,
     usage: &'static str,
-    /// Of `memory.stat`: file pages that were not used lately, which the system takes back before it refuses.
+    /// Key in `memory.stat`: inactive file pages. The system reclaims them before it refuses memory.
     inactive: &'static str,
 }
 
@@ -44,10 +44,10 @@ const VERSION_1: Files = Files {
 };
 const VERSION_2: Files =
     Files { mount: "sys/fs/cgroup", limit: "memory.max", usage: "memory.current", inactive: "inactive_file" };
-/// Where both versions are mounted.
+/// Mount point of version 2 if both versions are mounted.
 const VERSION_2_BESIDE: Files = Files { mount: "sys/fs/cgroup/unified", ..VERSION_2 };
 
-/// What each group that this process belongs to, and each above it, has free.
+/// Free bytes of each group of this process, and of each parent group.
 fn groups(root: &Path) -> Vec<u64> {
     let text = std::fs::read_to_string(root.join("proc/self/cgroup")).unwrap_or_default();
     let mut free = Vec::new();
@@ -62,7 +62,7 @@ fn groups(root: &Path) -> Vec<u64> {
         };
         for files in versions {
             let mount = root.join(files.mount);
-            // Inside a container the path may be that of the host, and only the mount itself be there.
+            // Inside a container the path may be the host's, while only the mount itself exists.
             let group = Path::new(path.trim_start_matches('/'));
             free.extend(group.ancestors().filter_map(|group| free_of(&mount.join(group), files)));
         }
@@ -70,7 +70,7 @@ fn groups(root: &Path) -> Vec<u64> {
     free
 }
 
-/// What one group has free; `None` where it has no limit, or is not there.
+/// Free bytes of one group. `None` if it has no limit or does not exist.
 fn free_of(group: &Path, files: &Files) -> Option<u64> {
     let read = |name: &str| std::fs::read_to_string(group.join(name)).ok();
     let number = |name: &str| read(name)?.trim().parse::<u64>().ok();
@@ -128,7 +128,7 @@ mod tests {
             ])
         };
         assert_eq!(tree("max\n", "max\n"), MACHINE);
-        // Pages of files that were not used lately are given back.
+        // Inactive file pages count as free.
         assert_eq!(tree("1000000\n", "max\n"), Some((800_000, Source::ControlGroup)));
         assert_eq!(tree("1000000\n", "500000\n"), Some((100_000, Source::ControlGroup)));
         assert_eq!(
@@ -167,7 +167,7 @@ mod tests {
             ]
         };
         assert_eq!(free(&files("1000000\n")), Some((700_000, Source::ControlGroup)));
-        // What the kernel writes where there is no limit.
+        // The kernel writes this if there is no limit.
         assert_eq!(free(&files("9223372036854771712\n")), MACHINE);
     }
 }

@@ -1,4 +1,4 @@
-//! Memory for voxels and streams: how much may be taken, how much is taken, and the refusal of what is too much.
+//! Memory for voxels and streams: the limit, the use, and the refusal of buffers that are too large.
 //!
 //! A system grants more memory than it has and ends the process that uses it. A failed allocation is therefore no limit.
 //! If a file, a configuration or a user names the size of a buffer, code asks before it reserves the buffer ([`check`],

@@ -6,7 +6,7 @@ use crate::render::Image;
 /// What two pictures of one scene must keep.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct AgreementRule {
-    /// What the rule is for.
+    /// Purpose of the rule.
     pub name: &'static str,
     /// A pixel agrees when no channel differs by more than this.
     pub within: f32,

@@ -11,7 +11,7 @@ use crate::render::Image;
 /// One colour of the error picture.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct ErrorClass {
-    /// What the legend says.
+    /// Text of the legend.
     pub label: &'static str,
     /// Upper end of the class as a fraction of full scale; not part of it.
     pub below: f32,

@@ -1,7 +1,7 @@
 //! The columns of records that came with this list, in their order.
 
 /// Calls a macro with the names of the figures that records hold behind their first columns, in the order of these
-/// columns; a new one is added at the end, and a metric's file tells what it is ([`crate::metrics::figures`]).
+/// columns. A new one is added at the end. A metric's file documents it ([`crate::metrics::figures`]).
 #[macro_export]
 macro_rules! for_each_figure {
     ($consume:ident) => {

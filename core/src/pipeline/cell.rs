@@ -1,10 +1,10 @@
-//! One combination of everything, and its name.
+//! A cell: one combination of an experiment, and its name.
 
 use crate::codec::{SettingValue, Settings, Site};
 use crate::render::Filter;
 use crate::volume::Level;
 
-/// One combination: what one record is about.
+/// One combination of an experiment. It gives one record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
     /// Volume name.
@@ -15,7 +15,7 @@ pub struct Cell {
     pub settings: Settings,
     /// Scene name.
     pub scene: String,
-    /// Label of the renderer: its id, with the settings that differ from the defaults.
+    /// Label of the renderer: its id, and the settings that differ from the defaults.
     pub renderer: String,
     /// Decode site.
     pub site: Site,
@@ -23,14 +23,14 @@ pub struct Cell {
     pub filter: Filter,
     /// Whether empty macrocells are skipped.
     pub skipping: bool,
-    /// How many stages of the stream are decoded; `None` for all.
+    /// Number of stages to decode. `None` for all.
     pub stages: Option<u8>,
-    /// Resolution that is decoded; 0 is the full one, and each step halves every axis.
+    /// Resolution to decode. 0 is the full one. Each step halves every axis.
     pub resolution: u8,
 }
 
 impl Cell {
-    /// Longest [`Cell::id`] in bytes: it leaves room for endings within the 255 of common file systems.
+    /// Longest [`Cell::id`] in bytes. With file endings it stays within the 255 bytes of common file systems.
     pub const MAX_ID_BYTES: usize = 200;
 
     /// The level that is decoded.
@@ -39,8 +39,8 @@ impl Cell {
         Level { resolution: self.resolution, stages: self.stages.unwrap_or(Level::ALL_STAGES) }
     }
 
-    /// What records and charts call the codec: its id, and behind a colon the setting `name` of a codec that has one,
-    /// by which users tell its different forms apart (`external:sz3`).
+    /// Label of the codec in records and charts: its id. If the codec has a setting `name`, a colon and its value
+    /// follow (`external:sz3`).
     #[must_use]
     pub fn codec_label(&self) -> String {
         match self.settings.get("name") {
@@ -55,12 +55,11 @@ impl Cell {
         label.split_once(':').map_or(label, |(id, _)| id)
     }
 
-    /// A name for files and for resuming: `bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-linear`, and
-    /// `-skipping`, `-stages=2` and `-resolution=1` where it is so.
+    /// A name for files and for resuming: `bonsai-s3dc-block=4,index_bits=2-front-raycasting-inline-linear`, followed
+    /// by `-skipping`, `-stages=2` and `-resolution=1` if they apply.
     ///
-    /// It has only letters, digits and `._=,-`, depends on the cell alone, and differs between different cells:
-    /// where a name had to be changed, holds a `-` (which could blur the borders) or is too long, a checksum of
-    /// the true names ends it.
+    /// It has only letters, digits and `._=,-`. It depends only on the cell, and differs between different cells: a
+    /// checksum of the true names follows if a name had to be changed, contains a `-` (the separator), or is too long.
     #[must_use]
     pub fn id(&self) -> String {
         let settings: Vec<String> = self.settings.iter().map(|(n, v)| format!("{n}={v}")).collect();
@@ -76,7 +75,7 @@ impl Cell {
         let is_safe = |c: char| c.is_ascii_alphanumeric() || "._=,-".contains(c);
         let written: Vec<&str> = parts.iter().copied().filter(|p| !p.is_empty()).collect();
         let mut id: String = written.join("-").chars().map(|c| if is_safe(c) { c } else { '_' }).collect();
-        // A leading `.` hides a file and a leading `-` makes an option of it.
+        // A leading `.` would hide the file, and a leading `-` would look like an option.
         if id.starts_with(['.', '-']) {
             id.replace_range(..1, "_");
         }

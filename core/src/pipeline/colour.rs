@@ -1,6 +1,6 @@
 //! Colours as configurations and command lines write them.
 
-/// RGB of `#rrggbb`, and opacity too of `#rrggbbaa`, each `0.0..=1.0`; `None` for any other text.
+/// RGB of `#rrggbb`, or RGB and opacity of `#rrggbbaa`, each `0.0..=1.0`. `None` for any other text.
 #[must_use]
 pub fn parse_colour(text: &str) -> Option<([f32; 3], Option<f32>)> {
     let digits = text.strip_prefix('#').filter(|d| d.bytes().all(|b| b.is_ascii_hexdigit()))?;

@@ -11,26 +11,27 @@ use crate::volume::{Extent, SampleType, StoredType};
 pub struct Experiment {
     /// Name, for reports and folders.
     pub name: String,
-    /// Seed of everything that is drawn by chance; default 0.
+    /// Seed of all random numbers. Default 0.
     pub seed: u64,
     /// Most cells, refused combinations included; default [`Experiment::MAX_CELLS`].
     pub max_cells: u64,
-    /// Megabytes (10⁶ bytes) of decoded frames that are kept of each stream with predicted frames; default
-    /// [`FrameStore::DEFAULT_MB`](crate::codec::FrameStore::DEFAULT_MB). It decides how often frames are decoded, and no result.
+    /// Megabytes (10⁶ bytes) of decoded frames to keep of each stream with predicted frames. Default
+    /// [`FrameStore::DEFAULT_MB`](crate::codec::FrameStore::DEFAULT_MB). It changes how often frames are decoded, but
+    /// no result.
     pub decoded_frames_mb: u32,
-    /// At least one; no two names are alike in lower case, since they become file names.
+    /// At least one. Names differ even in lower case, because they become file names.
     pub volumes: Vec<Volume>,
-    /// At least one, in the order of the file. One codec may stand in several.
+    /// At least one, in the order of the file. A codec may be listed several times.
     pub codecs: Vec<CodecSweep>,
     /// How pictures are made.
     pub pipeline: PipelineAxes,
-    /// At least one; names as of volumes.
+    /// At least one. Names differ even in lower case.
     pub scenes: Vec<Scene>,
-    /// What the reader of the configuration did that its author should know of, one sentence each.
+    /// Notes of the parser for the author of the configuration, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// A volume and where it comes from.
+/// A volume and its source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
     /// Name in records and file names.
@@ -39,18 +40,18 @@ pub struct Volume {
     pub source: VolumeSource,
 }
 
-/// Where a volume comes from.
+/// Source of a volume.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VolumeSource {
     /// Files.
     File {
-        /// At least one: a file, a folder of slices, or a pattern like `step*.raw`. The frames of several, and of
-        /// what a pattern matches, follow each other.
+        /// At least one: a file, a folder of slices, or a pattern such as `step*.raw`. The frames of all files, and of
+        /// all matches of a pattern, follow one another.
         files: Vec<FilePath>,
-        /// Layout of each file, if it has no header that tells it.
+        /// Layout of each file, if the files have no header.
         raw: Option<RawLayout>,
-        /// Distance between voxel centres along x, y, z; positive; `None` for what the files say. Where `raw` is
-        /// given, it stands there.
+        /// Distance between voxel centres along x, y, z. Positive. `None`: the files' own. If `raw` is set, it holds
+        /// the spacing instead.
         spacing: Option<[f64; 3]>,
     },
     /// A generator of the application.
@@ -74,7 +75,7 @@ impl VolumeSource {
     }
 }
 
-/// Layout of a headerless file: samples in one piece, channels of a voxel side by side, x fastest, frame after frame.
+/// Layout of a headerless file: contiguous samples, channels interleaved, x fastest, frame after frame.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct RawLayout {
     /// Size in voxels.
@@ -85,7 +86,7 @@ pub struct RawLayout {
     pub frames: u32,
     /// Number type.
     pub stored: StoredType,
-    /// Byte order of numbers of several bytes; default little.
+    /// Byte order of numbers with several bytes. Default little-endian.
     pub byte_order: ByteOrder,
     /// Distance between voxel centres along x, y, z; positive; default 1.
     pub spacing: [f64; 3],
@@ -94,7 +95,7 @@ pub struct RawLayout {
 }
 
 impl RawLayout {
-    /// One frame of little-endian scalars with unit spacing, from the first byte of the file on.
+    /// One frame of little-endian scalars with unit spacing, from the first byte of the file.
     #[must_use]
     pub const fn new(extent: Extent, stored: StoredType) -> Self {
         let byte_order = ByteOrder::Little;
@@ -102,7 +103,7 @@ impl RawLayout {
     }
 }
 
-/// Order of the bytes of one number.
+/// Byte order of a number.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
 pub enum ByteOrder {
     /// Lowest byte first.
@@ -113,7 +114,7 @@ pub enum ByteOrder {
 }
 
 impl ByteOrder {
-    /// The order of this machine.
+    /// The byte order of this machine.
     pub const NATIVE: Self = if cfg!(target_endian = "big") { Self::Big } else { Self::Little };
 
     /// Name used in TOML.
@@ -126,13 +127,12 @@ impl ByteOrder {
     }
 }
 
-/// One codec with the values of its settings that are to be tried.
+/// A codec, and the values of its settings to try.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CodecSweep {
     /// Codec id.
     pub id: String,
-    /// The settings that were written, in the order in which they were; the first one varies slowest. All others
-    /// keep their defaults.
+    /// The settings in the configuration, in its order. The first one varies slowest. All others keep their defaults.
     pub sweeps: Vec<Sweep>,
 }
 
@@ -141,18 +141,18 @@ pub struct CodecSweep {
 pub struct Sweep {
     /// Setting.
     pub name: String,
-    /// At least one value, canonical, in the order in which they were written.
+    /// At least one value, in canonical form, in the order of the configuration.
     pub values: Vec<SettingValue>,
 }
 
 impl Sweep {
-    /// How many [`Sweep::combinations`] there are, found without making one.
+    /// Number of [`Sweep::combinations`]. It makes none.
     #[must_use]
     pub fn count(sweeps: &[Self]) -> u128 {
         sweeps.iter().fold(1, |count: u128, sweep| count.saturating_mul(sweep.values.len() as u128))
     }
 
-    /// Every combination of the values, the first sweep slowest; without sweeps one, of no settings.
+    /// Every combination of the values. The first sweep varies slowest. Without sweeps, one empty combination.
     #[must_use]
     pub fn combinations(sweeps: &[Self]) -> Vec<Settings> {
         sweeps.iter().fold(vec![Settings::default()], |combinations, Self { name, values }| {
@@ -166,7 +166,7 @@ impl Sweep {
     }
 }
 
-/// How pictures are made; each list has at least one member and no member twice.
+/// How pictures are made. Each list has at least one member, and none twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PipelineAxes {
     /// Labels of renderers ([`crate::render::RendererInfo::label`]): ids, with the settings that differ from the
@@ -178,7 +178,7 @@ pub struct PipelineAxes {
     pub filters: Vec<Filter>,
     /// Whether empty macrocells are skipped; default only `false`.
     pub skipping: Vec<bool>,
-    /// How many stages of a stream are decoded, each at least 1; `None` for all that there are, the default.
+    /// Numbers of stages to decode, each at least 1. `None`, the default, means all.
     pub stages: Vec<Option<u8>>,
     /// Resolutions that are decoded; default only 0, the full one.
     pub resolutions: Vec<u8>,
@@ -208,8 +208,8 @@ pub struct TooManyCells {
 }
 
 impl Experiment {
-    /// Most cells unless the configuration says otherwise. A cell takes a second or more to run, and some kilobytes of
-    /// memory to list.
+    /// Largest number of cells by default. A cell takes a second or more to run, and some kilobytes of memory in the
+    /// list.
     pub const MAX_CELLS: u64 = 100_000;
 
     /// Cells and refused combinations together, found without making one.
@@ -224,7 +224,7 @@ impl Experiment {
         axes.fold(scenes.saturating_mul(settings), |n, axis| n.saturating_mul(axis as u128))
     }
 
-    /// Compares the number of cells with what is allowed, before any is made.
+    /// Checks the number of cells against the limit, before any cell is made.
     ///
     /// # Errors
     /// When there are more.
@@ -245,15 +245,14 @@ impl Experiment {
         self.scenes.iter().find(|s| s.name == name)
     }
 
-    /// The scenes of a volume: those that name it, else those that name no volume.
+    /// The scenes of a volume: those that name it. If none does, those without a list of volumes.
     pub fn scenes_of<'a>(&'a self, volume: &'a str) -> impl Iterator<Item = &'a Scene> {
         let names = move |s: &&Scene| s.volumes.iter().flatten().any(|v| v == volume);
         let named = self.scenes.iter().any(|s| names(&s));
         self.scenes.iter().filter(move |s| if named { names(s) } else { s.volumes.is_none() })
     }
 
-    /// Draws other volumes by the same recipe, as `--volume` does. Scenes that name a volume which is no
-    /// longer there are left aside.
+    /// Replaces the volumes, as `--volume` does. Scenes for volumes that are gone are not used.
     ///
     /// # Errors
     /// When no scene applies to one of them; the experiment is then unchanged.

@@ -1,4 +1,4 @@
-//! A TOML document that remembers where everything was written.
+//! A TOML document that knows where each value was written.
 
 use std::sync::Arc;
 
@@ -7,16 +7,15 @@ use toml::de::{DeTable, DeValue};
 
 use crate::diagnostic::{Diagnostic, Place, SourceText};
 
-/// A parsed TOML file, with overrides applied, before anything is known of its keys.
+/// A parsed TOML file with overrides applied. Its keys are not checked yet.
 ///
-/// Every value carries its own source, so that an error in an override points at the override and not at the
-/// line of the file that it replaced.
+/// Every value has its own source. So an error in an override points at the override, not at the line that it replaced.
 #[derive(Clone, Debug)]
 pub struct Document {
     pub(super) root: Node,
 }
 
-/// A value and where it was written.
+/// A value and the place where it was written.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub place: Place,
@@ -43,7 +42,7 @@ pub(super) struct Entry {
 }
 
 impl Document {
-    /// Parses a file; `name` is what errors call it.
+    /// Parses a file. Errors show `name`.
     ///
     /// # Errors
     /// When the text is no TOML.
@@ -57,13 +56,13 @@ impl Document {
 }
 
 impl Node {
-    /// A value as it would stand after `=`, found at byte `offset` of `source`.
+    /// Parses a value as it would stand after `=`. It begins at byte `offset` of `source`.
     pub fn parse(text: &str, source: &Arc<SourceText>, offset: usize) -> Result<Self, Diagnostic> {
         let value = DeValue::parse(text).map_err(|e| syntax_error(&e, source, offset))?;
         convert(value, source, offset)
     }
 
-    /// What the value is, with its article.
+    /// The type of the value, with its article.
     pub fn kind(&self) -> &'static str {
         match self.value {
             Value::Boolean(_) => "a boolean",
@@ -112,7 +111,7 @@ fn convert_table(table: DeTable<'_>, source: &Arc<SourceText>, offset: usize) ->
         let node = convert(value, source, offset)?;
         entries.push(Entry { key: key.into_inner().into_owned(), place, node });
     }
-    // `toml` sorts keys by name; sweeps run in the order in which they were written.
+    // `toml` sorts keys by name. Sweeps run in the order of the file.
     entries.sort_by_key(|entry| entry.place.span.start);
     Ok(Value::Table(entries))
 }

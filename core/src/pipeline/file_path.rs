@@ -3,11 +3,10 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// The path of a volume as a configuration writes it: `$NAME` and `${NAME}` stand for environment variables,
-/// `$$` for a dollar sign; a dollar sign that no name follows stands for itself.
+/// The path of a volume as a configuration writes it: `$NAME` and `${NAME}` are environment variables, `$$` is a dollar
+/// sign. A dollar sign without a name behind it stays.
 ///
-/// It is expanded only when the file is opened, so that a configuration can be checked on a machine that has
-/// none of its volumes.
+/// It is expanded when the file is opened. So a configuration can be checked on a machine without its volumes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilePath {
     written: String,
@@ -20,7 +19,7 @@ enum Part {
     Variable(String),
 }
 
-/// Why a text is no path.
+/// Why a text is not a path.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FilePathError {
     /// Nothing was written.
@@ -84,7 +83,7 @@ impl FilePath {
         Ok(Self { written: written.to_owned(), parts })
     }
 
-    /// A path that is meant as it stands, such as one from the command line.
+    /// A path without variables, such as one from the command line.
     ///
     /// # Errors
     /// When it is empty.
@@ -106,7 +105,7 @@ impl FilePath {
         })
     }
 
-    /// The path with its variables replaced by what `lookup` says of them (`&|name| std::env::var_os(name)`).
+    /// The path with its variables replaced by the results of `lookup` (`&|name| std::env::var_os(name)`).
     ///
     /// # Errors
     /// When `lookup` does not know a variable.

@@ -1,9 +1,8 @@
 //! Experiments: from TOML to the list of cells to run.
 //!
-//! [`Document::parse`] reads TOML and keeps for every key and value where it was written; [`Document::set`]
-//! changes values as `--set` does. [`Document::experiment`] makes the typed [`Experiment`] of it, which is
-//! checked in itself: every name is known, every value allowed. [`resolve`] multiplies it out into [`Cell`]s and
-//! says of each refused combination why.
+//! [`Document::parse`] reads TOML and keeps the place of every key and value. [`Document::set`] changes values, as
+//! `--set` does. [`Document::experiment`] turns it into the typed and checked [`Experiment`]: every name is known,
+//! every value allowed. [`resolve`] multiplies it out into [`Cell`]s, and gives a reason for each refused combination.
 
 mod cell;
 mod colour;
@@ -11,6 +10,7 @@ mod config;
 mod document;
 mod file_path;
 mod keys;
+mod known;
 mod overrides;
 mod parse;
 mod read;
@@ -30,7 +30,8 @@ pub use config::{
 pub use document::Document;
 pub use file_path::{FilePath, FilePathError, UnsetVariable};
 pub use keys::number;
-pub use parse::{InvalidExperiment, Known};
+pub use known::Known;
+pub use parse::InvalidExperiment;
 pub use resolve::{
     Capabilities, Reason, Refusal, Resolution, missing_level, resolve, undrawable, unsupported,
 };

@@ -2,7 +2,6 @@
 
 use super::document::{Document, Entry, Node, Value};
 use super::keys;
-use super::parse::VOLUME_KEYS;
 use super::suggest::ways_out;
 use crate::diagnostic::{Diagnostic, Place, SourceText};
 
@@ -15,11 +14,11 @@ struct Segment {
 impl Document {
     /// Applies one override, `path=value`, as `--set` takes it.
     ///
-    /// The path is dotted: `experiment.seed`, `pipeline.filter`; in a list of tables the second part is the name
-    /// (`volume.bonsai.file`, `scene.front.camera.zoom`) or the id (`codec.s3dc.block`) of the tables that are
-    /// meant, and without it all are (`scene.step_voxels`). The value is TOML; what is no TOML counts as a
-    /// string, so that `pipeline.filter=linear` needs no quotes. Whether the key exists and the value is allowed
-    /// shows when the document is read, and the error then points at the override.
+    /// The path is dotted: `experiment.seed`, `pipeline.filter`. In a list of tables, the second part selects tables by
+    /// name (`volume.bonsai.file`, `scene.front.camera.zoom`) or id (`codec.s3dc.block`). Without it, all tables of the
+    /// list change (`scene.step_voxels`). The value is TOML. Text that is not TOML counts as a string, so
+    /// `pipeline.filter=linear` needs no quotes. Unknown keys and wrong values are found when the document is read. The
+    /// error then points at the override.
     ///
     /// # Errors
     /// When the text is no assignment, the path names a table that does not exist, or runs through a value that
@@ -37,7 +36,7 @@ impl Document {
         let text = text.trim();
         let value = match Node::parse(text, &source, offset) {
             Ok(node) => node,
-            // Meant as TOML, and wrong: say so instead of taking it for a string.
+            // The value looks like TOML but is wrong. It must not become a string.
             Err(error) if text.starts_with(['[', '{', '"', '\'']) => return Err(error),
             Err(_) => {
                 let place = Place::new(source, offset..offset + text.len());
@@ -86,12 +85,11 @@ fn parse_path(whole: &Place, key: &str) -> Result<Vec<Segment>, Diagnostic> {
     }
 }
 
-/// Lists of tables: the key that names a table, and the keys that each has.
+/// For a list of tables: the key that names a table, and the keys of each table.
 fn list_of_tables(name: &str) -> Option<(&'static str, Vec<String>)> {
-    let owned = |keys: &[&str]| keys.iter().map(|&key| key.to_owned()).collect();
     match name {
-        "volume" => Some(("name", owned(VOLUME_KEYS))),
-        "scene" => Some(("name", owned(&keys::scene::table().names()))),
+        "volume" => Some(("name", keys::volume::names())),
+        "scene" => Some(("name", keys::scene::table().keys.into_iter().map(|key| key.name).collect())),
         "codec" => Some(("id", Vec::new())),
         _ => None,
     }
@@ -136,8 +134,8 @@ fn name_of(table: &Node, key: &str) -> Option<String> {
     name.node.text().ok().map(str::to_owned)
 }
 
-/// Puts a value into a table, and makes the tables on the way to it. A value that is replaced keeps its place
-/// in the order of keys.
+/// Puts a value into a table. Creates missing tables on the path. A replaced value keeps its position in the order of
+/// keys.
 fn put(node: &mut Node, path: &[Segment], value: &Node) -> Result<(), Diagnostic> {
     let [segment, rest @ ..] = path else {
         *node = value.clone();

@@ -1,4 +1,4 @@
-//! Reading typed values out of a document, each error with a caret under what is wrong.
+//! Reads typed values from a document. Each error has a caret under the wrong text.
 
 use super::document::{Entry, Node, Value};
 use super::keys::number::NumberKey;
@@ -16,7 +16,7 @@ impl Node {
         self.error(format!("expected {expected}, found {}", self.kind()), format!("expected {expected}"))
     }
 
-    /// The value is of the right type and not allowed.
+    /// The value has the right type but is not allowed.
     pub fn not_allowed(&self, expected: &str) -> Diagnostic {
         self.error(
             format!("expected {expected}, found `{}`", self.place.text()),
@@ -56,7 +56,7 @@ impl Node {
         })
     }
 
-    /// An integer between bounds, which are part of what is expected in words.
+    /// An integer within bounds. `expected` states them in words.
     pub fn integer(&self, min: i64, max: i64, expected: &str) -> Result<i64, Diagnostic> {
         match self.value {
             Value::Integer(i) if (min..=max).contains(&i) => Ok(i),
@@ -75,7 +75,7 @@ impl Node {
         if number.is_finite() && allowed(number) { Ok(number) } else { Err(self.not_allowed(expected)) }
     }
 
-    /// One value, or a list of values without repetition, each of which `item` accepts.
+    /// One value, or a list of values without repetition. `item` reads each.
     pub fn one_or_many<T: PartialEq>(
         &self,
         what: &str,
@@ -102,7 +102,7 @@ impl Node {
         Ok(items)
     }
 
-    /// A word out of a list, as the thing that it names.
+    /// A word from a list, as the value that it names.
     pub fn one_of<T>(&self, what: &str, known: &[(&str, T)]) -> Result<T, Diagnostic>
     where
         T: Clone,
@@ -125,7 +125,7 @@ pub(super) fn unknown(place: &Place, what: &str, word: &str, known: &[&str]) -> 
 /// The keys of one table.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Fields<'a> {
-    /// What the table describes, for messages: "the experiment", "scene `front`".
+    /// Name of the table in messages: "the experiment", "scene `front`".
     what: &'a str,
     node: &'a Node,
     entries: &'a [Entry],
@@ -180,7 +180,7 @@ impl<'a> Fields<'a> {
         self.entry(key).map(|e| &e.node)
     }
 
-    /// A key that must be there; `example` is a line that would do.
+    /// A required key. `example` is a line that would work.
     pub fn require(&self, key: &str, example: &str) -> Result<&'a Node, Diagnostic> {
         self.get(key).ok_or_else(|| {
             Diagnostic::new(format!("{} has no `{key}`", self.what), self.node.place.clone(), "missing here")
@@ -197,7 +197,7 @@ impl<'a> Fields<'a> {
         self.get(key).map(read).transpose()
     }
 
-    /// A number within the bounds of its key, or what the key's absence stands for.
+    /// A number within the bounds of its key, or the key's default.
     pub fn number(&self, key: &NumberKey) -> Result<f64, Diagnostic> {
         let number = self.optional(key.name, |node| node.number(key.expected, |x| key.allows(x)))?;
         Ok(number.unwrap_or(key.default()))

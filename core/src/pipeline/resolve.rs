@@ -1,4 +1,4 @@
-//! Multiplying an experiment out: the cells to run, and why the others cannot.
+//! Multiplies an experiment out: the cells to run, and reasons for the others.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -7,18 +7,18 @@ use super::{Cell, CodecSweep, Experiment, Known, PipelineAxes, Sweep};
 use crate::codec::{Codec, CodecInfo, Granularity, Registry, Settings, Site};
 use crate::render::{Filter, RendererInfo};
 
-/// What this machine and build cannot do; the default is that nothing is lacking.
+/// Limits of this machine and build. By default there are none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Capabilities {
-    /// Sites that cannot be drawn from, each with the reason in words ("this device has no 3-D textures").
+    /// Sites that are not available, each with the reason in words ("this device has no 3-D textures").
     pub missing_sites: Vec<(Site, String)>,
 }
 
 /// An experiment, multiplied out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Resolution {
-    /// The cells to run, each once: by volume, codec, settings, scene, renderer, site, filter, skipping and stages,
-    /// each in the order of the configuration.
+    /// The cells to run, each once. The order is: volume, codec, settings, scene, renderer, site, filter, skipping,
+    /// stages; each in the order of the configuration.
     pub cells: Vec<Cell>,
     /// The combinations that cannot run, in the same order.
     pub refused: Vec<Refusal>,
@@ -33,7 +33,7 @@ pub struct Refusal {
     pub reason: Reason,
 }
 
-/// Why a combination cannot run; its `Display` is a sentence for the report.
+/// Why a combination cannot run. Its `Display` is a sentence for the report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reason {
     /// The codec cannot be decoded there.
@@ -45,8 +45,8 @@ pub enum Reason {
         /// The sites that it offers.
         offered: Vec<Site>,
     },
-    /// [`Filter::OptimisedLinear`] at a site that does not decode voxel by voxel: the codec is not asked when decoded voxels
-    /// are filtered.
+    /// [`Filter::OptimisedLinear`] at a site that does not decode single voxels. There the filter reads decoded voxels
+    /// and does not call the codec.
     FilterNeedsInline {
         /// The site asked for.
         site: Site,
@@ -57,7 +57,7 @@ pub enum Reason {
         site: Site,
         /// Label of the renderer.
         renderer: String,
-        /// Labels with which renderers of this build do.
+        /// Labels with which renderers of this build can do it.
         offered: Vec<String>,
     },
     /// [`Filter::OptimisedLinear`] with a codec that has no fast path.
@@ -67,7 +67,7 @@ pub enum Reason {
         /// Codecs of this build that have one.
         offered: Vec<String>,
     },
-    /// The codec has not so many stages.
+    /// The codec has fewer stages.
     Stages {
         /// Codec id.
         codec: String,
@@ -76,7 +76,7 @@ pub enum Reason {
         /// Stages that it has with these settings.
         most: u8,
     },
-    /// The codec has not so many resolutions.
+    /// The codec has fewer resolutions.
     Resolution {
         /// Codec id.
         codec: String,
@@ -146,8 +146,8 @@ impl fmt::Display for Reason {
 
 /// Multiplies an experiment out.
 ///
-/// A combination that a codec, the renderers at hand or the machine rule out becomes a refusal with its first
-/// reason; nothing is dropped in silence.
+/// A combination that a codec, a renderer or the machine rules out becomes a refusal with its first reason. No
+/// combination is dropped without a reason.
 #[must_use]
 pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabilities) -> Resolution {
     let mut resolution = Resolution::default();
@@ -205,12 +205,12 @@ struct ResolvedCodec<'a> {
     problem: Option<Reason>,
 }
 
-/// All settings of one `[[codec]]` table, the first-written setting slowest.
+/// All settings of one `[[codec]]` table. The first setting in the file varies slowest.
 fn settings_of<'a>(sweep: &CodecSweep, known: &Known<'a>) -> Vec<ResolvedCodec<'a>> {
     let codec = known.codecs.get(&sweep.id);
     let resolved = |written: Settings| {
         let checked = codec.as_ref().map_err(ToString::to_string).and_then(|codec| {
-            let complete = written.complete(codec.info()).map_err(|e| e.to_string())?;
+            let complete = codec.info().complete(&written).map_err(|e| e.to_string())?;
             let problem = codec.encoder(&complete).err().map(|e| Reason::Settings(e.to_string()));
             Ok((complete, problem))
         });
@@ -256,8 +256,7 @@ fn renderer_problem(renderer: &str, known: &Known<'_>) -> Option<Reason> {
     (!known.renderers.iter().any(|info| info.id == id)).then(missing)
 }
 
-/// Why a codec cannot be drawn at a site under a filter, by what it says of itself; `None` when it can. The reason names
-/// those of `codecs` that could.
+/// Why a codec does not offer a site with a filter. `None` if it does. The reason names codecs of `codecs` that do.
 #[must_use]
 pub fn unsupported(codecs: &Registry, info: &CodecInfo, site: Site, filter: Filter) -> Option<Reason> {
     if !info.offers(site) {
@@ -276,9 +275,8 @@ pub fn unsupported(codecs: &Registry, info: &CodecInfo, site: Site, filter: Filt
     }
 }
 
-/// Why a codec with these settings, which are complete, cannot decode so few or many stages, or not this resolution; `None`
-/// when it can. All stages that there are (`None`) and resolution 0 are always possible; a codec of one stage has nothing
-/// to choose.
+/// Why a codec with these (complete) settings cannot decode this number of stages or this resolution. `None` if it can.
+/// All stages (`None`) and resolution 0 are always possible. A codec with one stage accepts no number.
 #[must_use]
 pub fn missing_level(
     codec: &dyn Codec,
@@ -295,7 +293,7 @@ pub fn missing_level(
     missing.then(|| Reason::Resolution { codec: id(), asked: resolution, resolutions })
 }
 
-/// Why a renderer of this label cannot draw from a site, by what the renderers say of themselves; `None` when it can.
+/// Why a renderer with this label cannot draw from a site. `None` if it can.
 #[must_use]
 pub fn undrawable(label: &str, site: Site, renderers: &[&RendererInfo]) -> Option<Reason> {
     match site.granularity() {

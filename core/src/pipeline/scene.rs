@@ -1,4 +1,4 @@
-//! A scene: what is drawn, from where, in which colours.
+//! A scene: camera, transfer function, and everything else that a picture shows.
 
 use std::sync::Arc;
 
@@ -9,44 +9,44 @@ use crate::render::{
 };
 use crate::volume::{FrameIndex, ValueRange};
 
-/// A scene of an experiment. It becomes a [`View`] once the value range of the volume is known.
+/// A scene of an experiment. It becomes a [`View`] when the value range of the volume is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Name in records and file names.
     pub name: String,
-    /// The volumes that it is for; `None` = all that no other scene names.
+    /// The volumes of this scene. `None`: all volumes that no other scene names.
     pub volumes: Option<Vec<String>>,
     /// Width and height in pixels, 1 to [`Scene::MAX_SIZE`]; default [`Scene::DEFAULT_SIZE`].
     pub size: [u32; 2],
     /// Camera.
     pub camera: Camera,
-    /// At least two points of non-decreasing value, not all of one value.
+    /// At least two points. Values do not decrease, and are not all equal.
     pub control_points: Vec<ControlPoint>,
-    /// What the values of the control points mean.
+    /// The meaning of the control points' values.
     pub domain: TransferDomain,
     /// Distance between samples along a ray in voxel lengths, within [`number::STEP_VOXELS`](super::number::STEP_VOXELS).
     pub step_voxels: f32,
-    /// A ray ends when its opacity reaches this, above 0 and at most 1 (= never); default 0.999.
+    /// A ray ends when its opacity reaches this value. Above 0 and at most 1 (= never). Default 0.999.
     pub early_termination: f32,
     /// Colour behind the volume, RGB, `0.0..=1.0`; default black.
     pub background: [f32; 3],
-    /// How surfaces are lit; default unlit.
+    /// How surfaces are lit. Default: unlit.
     pub shading: Option<Shading>,
-    /// What is drawn of the volume; default all.
+    /// The part of the volume to draw. Default: all.
     pub clip: Option<ClipBox>,
-    /// What decides the opacity of colours; default their luminance.
+    /// The origin of a colour's opacity. Default: its luminance.
     pub opacity: SceneOpacity,
-    /// Which frames are drawn, each in a picture of its own; default the first.
+    /// Frames to draw, each in its own picture. Default: the first.
     pub frames: FrameRange,
 }
 
-/// What decides the opacity of colours in a scene.
+/// The origin of a colour's opacity in a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SceneOpacity {
     /// What is known.
     Known(ColourOpacity),
-    /// A table over all colours that a file holds, as a volume: red along x, green along y, blue along z. Whoever draws
-    /// the scene reads it and puts [`ColourOpacity::Table`] in its place.
+    /// A table over all colours in a file, stored as a volume: red along x, green along y, blue along z. The caller
+    /// reads the file and replaces this value by [`ColourOpacity::Table`].
     File(FilePath),
 }
 
@@ -79,7 +79,7 @@ impl std::fmt::Display for FrameRange {
     }
 }
 
-/// Why a scene is no view of a volume.
+/// Why a scene does not give a view of a volume.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// Its transfer function has no meaning over the volume's range.
@@ -90,7 +90,7 @@ pub enum SceneError {
     Table(String),
 }
 
-/// What the values of control points mean.
+/// The meaning of the control points' values.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
 pub enum TransferDomain {
     /// Data values.
@@ -116,7 +116,7 @@ impl Scene {
     pub const MAX_SIZE: u32 = 8192;
     /// Width and height unless a configuration says otherwise.
     pub const DEFAULT_SIZE: [u32; 2] = [256, 256];
-    /// Background unless it is said otherwise, as it is written.
+    /// Default background, as written in a configuration.
     pub const DEFAULT_BACKGROUND: &str = "#000000";
 
     /// [`Scene::DEFAULT_BACKGROUND`] as RGB.
@@ -151,8 +151,8 @@ impl Scene {
         })
     }
 
-    /// The transfer function in data units. A volume of one value is drawn as if it reached further by 1 or,
-    /// if that is more, by a thousandth of the value.
+    /// The transfer function in data units. A volume with a single value gets a wider range: by 1, or by a thousandth
+    /// of the value if that is more.
     ///
     /// # Errors
     /// When the control points coincide after they were mapped onto `range`.
@@ -162,7 +162,7 @@ impl Scene {
         }
         let one_value = range.span() <= 0.0;
         let span = if one_value { (f64::from(range.min).abs() / 1000.0).max(1.0) } else { range.span() };
-        // A single value at the end of f32 has no room above it.
+        // Above a single value near the largest `f32` there is no room.
         let no_room = one_value && f64::from(range.min) + span > f64::from(f32::MAX);
         let min = f64::from(range.min) - if no_room { span } else { 0.0 };
         let map = |p: &ControlPoint| {

@@ -1,8 +1,7 @@
-//! The table of keys (`keys`) as files: [`json_schema`] writes it for editors, [`markdown`] for people.
+//! Writes the table of keys (`keys`) as files: [`json_schema`] for editors, [`markdown`] for people.
 //!
-//! The parser is another thing, since it says with a
-//! caret what is wrong; that both know the same keys and refuse the same values is tested wherever the parser is: every
-//! text that a test of the parser reads goes through the schema as well.
+//! The parser is separate, because its errors have carets. Tests check that both know the same keys and refuse the same
+//! values: every text that a test parses is also checked against the schema.
 
 mod json;
 mod markdown;
@@ -13,15 +12,14 @@ use super::{Known, keys};
 
 /// The JSON Schema (draft 07) of a configuration, with a line break at its end.
 ///
-/// Draft 07 and not a later one, since the language servers for TOML that are in use complete and explain by its
-/// keywords: tuples are `items`, alternatives `oneOf`; `prefixItems` and `if` in place of `oneOf` would leave keys
-/// without help.
+/// It is draft 07 because the common TOML language servers complete and explain with its keywords: tuples are `items`,
+/// alternatives are `oneOf`. With `prefixItems`, or `if` instead of `oneOf`, keys would have no help.
 #[must_use]
 pub fn json_schema(known: &Known<'_>) -> String {
     json::document(&keys::configuration(known))
 }
 
-/// The same as Markdown: a section for each table, a row for each key.
+/// The table as Markdown: a section for each table, a row for each key.
 #[must_use]
 pub fn markdown(known: &Known<'_>) -> String {
     markdown::document(&keys::configuration(known))

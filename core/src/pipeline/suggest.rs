@@ -1,7 +1,7 @@
 //! "Did you mean …?"
 
-/// The candidate nearest to a mistyped word, if one is near: at most a third of the letters differ, or the word is
-/// the beginning of exactly one candidate.
+/// The candidate nearest to a mistyped word, if one is near: at most a third of the letters differ, or the word is a
+/// prefix of exactly one candidate.
 pub(super) fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let word = word.to_lowercase();
     let allowed = (word.chars().count() / 3).max(1);
@@ -28,7 +28,7 @@ fn distance(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// The ways out after an unknown word: the nearest known one, and all of them.
+/// Advice for an unknown word: the nearest known word, and all known words.
 pub(super) fn ways_out(word: &str, plural: &str, known: &[&str]) -> Vec<String> {
     let mean = nearest(word, known).map(|near| format!("did you mean `{near}`?"));
     let all = match known {

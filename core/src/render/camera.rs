@@ -1,8 +1,8 @@
 //! The camera, and the rays it sends through a volume.
 //!
-//! *World* has its origin at the volume's centre and the length of one voxel (the smallest spacing) as its unit,
-//! so that a step along a ray is a step in voxels. Axes are the volume's; z points up in the picture, and at
-//! azimuth 0 and elevation 0 the camera looks along +y (x to the right), as one looks at a patient.
+//! *World* coordinates have their origin at the volume's centre. Their unit is the voxel length (the smallest spacing),
+//! so a step along a ray is a step in voxels. The axes are the volume's. z points up in the picture. At azimuth 0 and
+//! elevation 0 the camera looks along +y, with x to the right, as one looks at a patient.
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -20,20 +20,20 @@ pub enum Projection {
     Orthographic,
 }
 
-/// Where the picture is taken from.
+/// The camera of a picture.
 #[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// Degrees around the z axis, counter-clockwise seen from above.
     pub azimuth: f64,
     /// Degrees above the xy plane, −90..=90.
     pub elevation: f64,
-    /// Degrees by which the camera turns clockwise around its own axis; 180 stands the picture on its head.
+    /// Clockwise rotation of the camera around its viewing axis, in degrees. 180 turns the picture upside down.
     pub roll: f64,
-    /// Magnification; 1 fits the volume's bounding sphere into the shorter side of the picture.
+    /// Magnification. At 1 the volume's bounding sphere fits into the shorter side of the picture.
     pub zoom: f64,
     /// Parallel or perspective.
     pub projection: Projection,
-    /// Degrees across the shorter side of a perspective picture at zoom 1.
+    /// Angle across the shorter side of a perspective picture at zoom 1, in degrees.
     pub field_of_view: f64,
 }
 
@@ -53,8 +53,8 @@ impl Default for Camera {
 /// The rays of a picture, in voxel coordinates (voxel `i` covers `i..i+1`; the volume is `0..extent`).
 ///
 /// The ray of the image-plane point `(u, v)` (see [`RayFrame::pixel`]) starts at `origin + u·origin_right +
-/// v·origin_up` and runs along `direction + u·direction_right + v·direction_up`, whose *world* length is taken
-/// by multiplying with `voxel_size` per axis.
+/// v·origin_up` and has the direction `direction + u·direction_right + v·direction_up`. Its *world* length is found by
+/// multiplying with `voxel_size` per axis.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct RayFrame {
     /// Start of the central ray.
@@ -69,7 +69,7 @@ pub struct RayFrame {
     pub direction_right: Vec3,
     /// Change of the direction per unit upwards.
     pub direction_up: Vec3,
-    /// Size of a voxel along each axis in world units; the smallest is 1.
+    /// Size of a voxel along each axis in world units. The smallest is 1.
     pub voxel_size: Vec3,
     /// Image-plane units per pixel.
     pub pixel: f32,
@@ -96,7 +96,8 @@ impl Camera {
         let half_angle = (self.field_of_view / 2.0).to_radians();
         let distance = match self.projection {
             Projection::Perspective => radius / half_angle.sin(),
-            // Parallel rays may start anywhere before the volume: the nearer, the less their places are rounded.
+            // Parallel rays may start anywhere in front of the volume. The nearer they start, the smaller the rounding
+            // errors of positions.
             Projection::Orthographic => radius + 1.0,
         };
         let eye = to_voxels(-forward * distance) + extent / 2.0;
@@ -139,7 +140,7 @@ impl RayFrame {
     /// The camera's axes in the world, of unit length: right, up, and back towards the viewer.
     #[must_use]
     pub fn axes(&self) -> [Vec3; 3] {
-        // One of the two is zero: parallel rays differ in where they start, the others in where they go.
+        // One summand is zero: parallel rays differ in origin, perspective rays in direction.
         let right = self.direction_right + self.origin_right;
         let up = self.direction_up + self.origin_up;
         [right, up, -self.direction].map(|axis| (axis * self.voxel_size).normalize())

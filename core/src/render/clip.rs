@@ -1,11 +1,11 @@
-//! The clip box: what lies outside is not drawn.
+//! The clip box. Voxels outside are not drawn.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::volume::Extent;
 
-/// A box within the volume, in shares of its extent: 0 is the lower face, 1 the upper one.
+/// A box within the volume, as fractions of its extent: 0 is the lower face, 1 the upper one.
 #[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClipBox {
     /// Lower corner, `0.0..1.0`.
@@ -18,7 +18,7 @@ impl ClipBox {
     /// The whole volume.
     pub const WHOLE: Self = Self { low: [0.0; 3], high: [1.0; 3] };
 
-    /// The first axis along which the box holds nothing: its upper corner is not above its lower one.
+    /// The first axis along which the box is empty: its upper corner is not above its lower one.
     #[must_use]
     pub fn empty_axis(&self) -> Option<usize> {
         self.low.iter().zip(&self.high).position(|(low, high)| low >= high)

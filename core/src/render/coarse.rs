@@ -1,15 +1,15 @@
 //! A lower resolution of a volume, drawn at the volume's size.
 //!
-//! Voxel `i` of resolution `r` covers the volume's voxels `i · 2^r .. (i + 1) · 2^r` along each axis, and its centre lies at
-//! `(i + ½) · 2^r`, also where the volume ends before. All scaling is by powers of two, and exact: pictures of all
-//! resolutions are of one box, camera and step.
+//! Voxel `i` of resolution `r` covers the volume's voxels `i · 2^r .. (i + 1) · 2^r` along each axis. Its centre lies
+//! at `(i + ½) · 2^r`, even if the volume ends before. All scale factors are powers of two, so scaling is exact:
+//! pictures of all resolutions have the same box, camera and step.
 
 use glam::DVec3;
 
 use super::{Camera, RayFrame};
 use crate::volume::{Extent, Level, VolumeLayout};
 
-/// The volume of which a lower resolution is drawn.
+/// The volume whose lower resolution is drawn.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Coarse {
     extent: Extent,
@@ -17,7 +17,7 @@ pub struct Coarse {
 }
 
 impl Coarse {
-    /// A resolution of a volume of this shape; `None` of the full one.
+    /// A resolution of a volume of this shape. `None` for the full resolution.
     #[must_use]
     pub fn of(volume: &VolumeLayout, resolution: u8) -> Option<Self> {
         (resolution > 0).then_some(Self { extent: volume.extent, resolution })
@@ -35,8 +35,8 @@ impl Coarse {
         Level::scale(self.resolution) as f32
     }
 
-    /// The rays of a picture of the volume, in coordinates of the resolution's voxels, whose shape is `layout`. World
-    /// lengths are those of the volume: its smallest spacing is their unit.
+    /// The rays of a picture of the volume, in voxel coordinates of the resolution, whose shape is `layout`. World
+    /// lengths are the volume's: its smallest spacing is their unit.
     pub(super) fn rays(&self, camera: &Camera, layout: &VolumeLayout, size: [u32; 2]) -> RayFrame {
         let spacing = DVec3::from_array(layout.spacing) / Level::scale(self.resolution);
         let volume = VolumeLayout { extent: self.extent, spacing: spacing.to_array(), ..layout.clone() };

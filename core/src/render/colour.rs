@@ -1,4 +1,4 @@
-//! Colour volumes: what decides the opacity of a colour, and how its numbers become light.
+//! Colour volumes: opacity of a colour, and conversion of its numbers to light.
 
 use std::sync::Arc;
 
@@ -6,19 +6,19 @@ use glam::Vec3;
 
 use crate::volume::{SampleType, ValueRange};
 
-/// What decides the opacity of a voxel of three channels. Scalars know nothing of it.
+/// The origin of a voxel's opacity in a volume with three channels. Scalar volumes ignore it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum ColourOpacity {
-    /// The transfer function of the luminance, and its colours tint the voxel's own.
+    /// The transfer function of the luminance. The function's colours tint the voxel's own.
     #[default]
     Luminance,
     /// The transfer function of one channel: 0 red, 1 green, 2 blue.
     Channel(usize),
-    /// A table over all colours (Parys and Knittel 2009); the transfer function is not asked.
+    /// A table over all colours (Parys and Knittel 2009). The transfer function is not used.
     Table(Arc<OpacityTable>),
 }
 
-/// Opacities per voxel length over the cube of all colours, trilinear between its entries.
+/// Opacities per voxel length over the cube of all colours. Trilinear between entries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpacityTable {
     edge: u32,
@@ -29,7 +29,7 @@ pub struct OpacityTable {
 /// Why numbers make no opacity table.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum OpacityTableError {
-    /// Too few or too many entries along an axis, or axes of different length.
+    /// An axis has too few or too many entries, or the axes differ in length.
     #[error(
         "an opacity table is a cube of {least} to {most} entries along each of red, green and blue; this has {found:?}",
         least = OpacityTable::EDGES.start(), most = OpacityTable::EDGES.end()
@@ -38,12 +38,12 @@ pub enum OpacityTableError {
         /// Entries along each axis.
         found: Vec<usize>,
     },
-    /// An entry is no opacity.
+    /// An entry is not a valid opacity.
     #[error("entry {index} of the opacity table is {value}: opacities run from 0 to 1")]
     Entry {
         /// Its index, red fastest.
         index: usize,
-        /// What it is.
+        /// The entry.
         value: f32,
     },
 }
@@ -52,7 +52,7 @@ impl OpacityTable {
     /// Entries along an axis.
     pub const EDGES: std::ops::RangeInclusive<u32> = 2..=64;
 
-    /// From `edge`³ entries, red fastest.
+    /// A table of `edge`³ entries, red fastest.
     ///
     /// # Errors
     /// When the edge is out of range, the entries are not so many, or one is no opacity.
@@ -67,13 +67,13 @@ impl OpacityTable {
         Ok(Self { edge, numbers })
     }
 
-    /// What the shader binds: the edge as a number, then the entries, red fastest.
+    /// The buffer for the shader: the edge as a number, then the entries, red fastest.
     #[must_use]
     pub fn numbers(&self) -> &[f32] {
         &self.numbers
     }
 
-    /// Opacity of a light, each channel `0.0..=1.0`, by the arithmetic of `shaders/classify/colour_table.wgsl`.
+    /// Opacity of a colour with channels in `0.0..=1.0`, with the arithmetic of `shaders/classify/colour_table.wgsl`.
     #[must_use]
     pub fn opacity(&self, light: Vec3) -> f32 {
         let at = light * (self.edge - 1) as f32;
@@ -92,7 +92,7 @@ impl OpacityTable {
 }
 
 impl ColourOpacity {
-    /// What a configuration names, with what it means.
+    /// Names in a configuration, with their meanings.
     pub const NAMED: [(&str, &str, Self); 4] = [
         (
             "luminance",
@@ -104,8 +104,8 @@ impl ColourOpacity {
         ("blue", "the transfer function of blue", Self::Channel(2)),
     ];
 
-    /// Shares of the channels in the number that the transfer function takes, and whose gradient is the normal: of the
-    /// luminance, those of ITU-R BT.709.
+    /// Weights of the channels in the number that the transfer function maps and whose gradient is the normal. For the
+    /// luminance these are the weights of ITU-R BT.709.
     #[must_use]
     pub fn weights(&self) -> Vec3 {
         match self {
@@ -115,7 +115,7 @@ impl ColourOpacity {
     }
 }
 
-/// The values that are dark and bright: an integer type's own range; of floats, what the volume's values span.
+/// The values of black and white: the type's range for integers, the range of the volume's values for floats.
 #[must_use]
 pub fn light_range(sample: SampleType, values: ValueRange) -> ValueRange {
     match sample.integer_range() {

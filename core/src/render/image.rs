@@ -32,7 +32,7 @@ impl Image {
         Self { size, pixels: vec![[0.0; 4]; size[0] as usize * size[1] as usize] }
     }
 
-    /// From pixels in rows; `None` when their number does not fit.
+    /// An image from pixels in rows. `None` if their number does not match `size`.
     #[must_use]
     pub fn from_pixels(size: [u32; 2], pixels: Vec<[f32; 4]>) -> Option<Self> {
         (pixels.len() == size[0] as usize * size[1] as usize).then_some(Self { size, pixels })
@@ -76,7 +76,7 @@ impl Image {
         to_png(self.size, &self.to_rgb8(background))
     }
 
-    /// Writes the picture over an opaque background as PNG; the file appears only when it is whole.
+    /// Writes the picture over an opaque background as PNG. The file appears only when it is complete.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -103,7 +103,7 @@ pub fn to_png(size: [u32; 2], rgb: &[u8]) -> Result<Vec<u8>, ImageError> {
     Ok(bytes)
 }
 
-/// Writes 8-bit RGB rows as PNG; the file appears only when it is whole.
+/// Writes 8-bit RGB rows as PNG. The file appears only when it is complete.
 ///
 /// # Errors
 /// When the file cannot be written.

@@ -1,4 +1,4 @@
-//! Macrocells: boxes of voxels that a renderer skips where the transfer function shows nothing of them.
+//! Macrocells: boxes of voxels. A renderer skips a box if the transfer function makes all its values transparent.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -10,13 +10,12 @@ use crate::codec::{
 };
 use crate::volume::{BrickKey, Extent, FrameIndex, Level, Region, ValueRange};
 
-/// Lowest and highest *decoded* value of every macrocell of a frame at a level, its apron of one voxel included: what
-/// a sample inside can come to under any filter. For the codec's original values they would be others: a lossy codec
-/// shows what it decodes.
+/// Lowest and highest *decoded* value of every macrocell of a frame at a level, with an apron of one voxel. They bound
+/// every sample inside, under any filter. Ranges of the original values would be wrong: a lossy codec changes values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MacrocellRanges {
     grid: Extent,
-    /// `None` where a value is not finite: nothing can be said of that macrocell.
+    /// `None` if a value is not finite. Such a macrocell is never skipped.
     ranges: Vec<Option<ValueRange>>,
 }
 
@@ -28,9 +27,9 @@ pub struct Macrocells {
 }
 
 impl MacrocellRanges {
-    /// Decodes `frame` at a level macrocell by macrocell, in parallel; macrocells are of voxels of that level. Memory stays
-    /// within that of the ranges and of the decoder's own; a frame that is decoded as a whole is held while its macrocells
-    /// are gone through. `stop` ends it early, with `None`.
+    /// Decodes `frame` at a level, macrocell by macrocell, in parallel. Macrocells consist of voxels of that level.
+    /// Memory use: the ranges, and the decoder's own. A codec of whole frames also holds one frame. `stop` ends it
+    /// early with `None`.
     ///
     /// # Errors
     /// As [`Decoder::decode_brick`].
@@ -50,7 +49,7 @@ impl MacrocellRanges {
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
-            // Between voxel centres, and over its faces, a trilinear filter reads one voxel beyond the macrocell.
+            // Near its faces, a trilinear filter reads one voxel beyond the macrocell.
             let region = Region::block(grid.position(cell), Macrocells::SIZE, extent).with_apron(1, extent);
             let mut values = vec![0.0; region.extent.voxels() as usize * layout.channels as usize];
             let key = BrickKey { frame, region, level };
@@ -66,7 +65,7 @@ impl MacrocellRanges {
         Ok((!stop.load(Ordering::Relaxed)).then_some(Self { grid, ranges }))
     }
 
-    /// Those of a volume of one value.
+    /// The ranges of a volume with one value.
     #[cfg(test)]
     pub(super) fn of_constant(extent: Extent, value: f32) -> Self {
         let grid = extent.blocks_of(Macrocells::SIZE);
@@ -80,13 +79,13 @@ impl MacrocellRanges {
         self.grid
     }
 
-    /// The range of a macrocell; `None` where a decoded value is not finite.
+    /// The range of a macrocell. `None` if a decoded value is not finite.
     #[must_use]
     pub fn range(&self, cell: [u32; 3]) -> Option<ValueRange> {
         self.ranges[self.grid.index(cell)]
     }
 
-    /// What a transfer function leaves of them.
+    /// Finds the macrocells that a transfer function makes visible.
     #[must_use]
     pub fn classify(&self, transfer_function: &TransferFunction) -> Macrocells {
         let mut words = vec![0_u32; self.ranges.len().div_ceil(32)];
@@ -113,7 +112,7 @@ impl Macrocells {
         self.grid
     }
 
-    /// One bit per macrocell, x fastest, the lowest bit of a word first: whether it shows anything.
+    /// One bit per macrocell, x fastest, lowest bit of a word first: 1 if it shows anything.
     #[must_use]
     pub fn words(&self) -> &[u32] {
         &self.words
@@ -126,7 +125,7 @@ impl Macrocells {
         self.words[i / 32] >> (i % 32) & 1 == 1
     }
 
-    /// Share of macrocells that show nothing, `0.0..=1.0`.
+    /// Fraction of macrocells that show nothing, `0.0..=1.0`.
     #[must_use]
     pub fn empty_share(&self) -> f64 {
         let shown: u32 = self.words.iter().map(|word| word.count_ones()).sum();
@@ -142,28 +141,29 @@ fn range_of(values: &[f32]) -> Option<ValueRange> {
     })
 }
 
-/// By how much a sample on a device may lie beyond what the decoder yields. Zeros are exact everywhere: air that is 0
-/// stays so, or a transfer function that begins at 0 would never let anything be skipped.
+/// How far a sample on a device may lie outside the CPU decoder's range. Zeros are exact everywhere: air of value 0
+/// stays 0. Else a transfer function that begins at 0 would never allow skipping.
 #[derive(Copy, Clone, Debug)]
 struct Slack {
-    /// What the codec states of its shader, in units in the last place of the decoder's range.
+    /// The codec's stated agreement, in units in the last place of the decoder's range.
     shader_ulps: f64,
     /// The same in data units.
     shader: f64,
-    /// The same as a share of the span of the decoder's range.
+    /// The same, as a fraction of the span of the decoder's range.
     shader_share: f64,
-    /// Value of texel 0, where texels are shares of a range.
+    /// Value of texel 0, if texels are fractions of a range.
     texel_offset: Option<f32>,
-    /// What a texture unit may make of blocks that it decodes itself.
+    /// Tolerance of a texture unit that decodes blocks.
     blocks: Option<BlockSlack>,
 }
 
-/// Texture units yield levels of a block within a tolerance, and never leave the range of texels; of that, 0 is exact.
+/// A texture unit returns block values within a tolerance. They never leave the range of texels, and the texel 0 is
+/// exact.
 #[derive(Copy, Clone, Debug)]
 struct BlockSlack {
     /// Data units.
     distance: f64,
-    /// Of the span of what a block can hold.
+    /// As a fraction of the span of a block's values.
     share: f64,
     /// Values of the texels 0 and 1.
     ends: [f64; 2],
@@ -176,8 +176,8 @@ impl BlockSlack {
         Some(Self { distance: distance.into(), share: share.into(), ends: [offset, offset + scale] })
     }
 
-    /// Lowest and highest sample of voxels that decode to a range on the CPU, in blocks that the codec knows to lie within
-    /// `known`.
+    /// Lowest and highest device sample of voxels whose CPU values span a range. The codec knows that their blocks lie
+    /// within `known`.
     fn widened(self, [low, high]: [f64; 2], known: Option<ValueRange>) -> [f64; 2] {
         let [zero, one] = self.ends;
         if high <= zero {
@@ -189,11 +189,11 @@ impl BlockSlack {
 }
 
 impl Slack {
-    /// Interpolation between values, in units in the last place of the largest of them: three differences, products
-    /// and sums.
+    /// Rounding of interpolation, in units in the last place of the largest value: three differences, products and
+    /// sums.
     const INTERPOLATION_ULPS: f64 = 16.0;
-    /// Turning a texel into a number from 0 to 1, scaling it and adding the offset, in units in the last place of the
-    /// largest number in between.
+    /// Rounding of a texel's conversion to 0..1, scaling and offset, in units in the last place of the largest
+    /// intermediate number.
     const TEXEL_ULPS: f64 = 8.0;
 
     fn of(decoder: &dyn Decoder, level: Level) -> Self {
@@ -212,7 +212,7 @@ impl Slack {
         Self { shader_ulps, shader, shader_share, texel_offset, blocks }
     }
 
-    /// `range` of the values of a macrocell, in which the codec knows them to lie within `known`.
+    /// The widened range of a macrocell. The codec knows that its values lie within `known`.
     fn widened(self, range: ValueRange, known: Option<ValueRange>) -> ValueRange {
         let ulp = |range: ValueRange| if range.magnitude() > 0.0 { range.ulp() } else { 0.0 };
         let stated = known.map_or(range, |known| known.union(range));

@@ -1,4 +1,4 @@
-//! Rendering, described and not done: a renderer turns a view into a plan, and mirrors itself on the CPU.
+//! Rendering as a description: a renderer turns a view into a plan, and has a CPU mirror.
 
 mod camera;
 mod clip;

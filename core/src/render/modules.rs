@@ -1,4 +1,4 @@
-//! What a view adds to every renderer's shader: the modules that a renderer may use, and what they read.
+//! The modules that a view offers to every renderer's shader, and the variables that they read.
 
 use cvr_shaders as shaders;
 use encase::internal::WriteInto;
@@ -12,8 +12,8 @@ use super::{
 use crate::shader::{Module, Variable, transfer_segments};
 use crate::volume::VolumeLayout;
 
-/// What a view offers a renderer: rays, bounds, classification, shading, skipping. What a renderer does not use is in no
-/// shader.
+/// Modules of a view for a renderer: rays, bounds, classification, shading, skipping. A shader contains only those that
+/// its renderer uses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneModules {
     offered: Vec<Module>,
@@ -55,13 +55,13 @@ impl SceneModules {
         Ok(())
     }
 
-    /// Adds a variable that modules may read, and what it holds.
+    /// Adds a variable that modules may read, and its content.
     pub fn read(&mut self, variable: Variable, bytes: Vec<u8>) {
         self.variables.push(variable);
         self.contents.push(Contents { name: variable.name(), bytes });
     }
 
-    /// The pass of a renderer with these modules of its own; workgroups, corners and steps are still to be said.
+    /// The pass of a renderer, with its own modules. The caller adds workgroups, vertices and steps.
     #[must_use]
     pub fn pass(self, stage: Stage, modules: &[Template]) -> Pass {
         let Self { offered, variables, contents } = self;

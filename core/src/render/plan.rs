@@ -1,4 +1,4 @@
-//! Passes as data: what a renderer asks of a device, without naming one.
+//! Passes as data: a renderer's request to a device.
 
 use cvr_shaders as shaders;
 pub use cvr_shaders::Template;
@@ -16,47 +16,46 @@ pub struct Plan {
     pub passes: Vec<Pass>,
 }
 
-/// One pass: what is compiled, and what may change from picture to picture without that.
+/// One pass: the pipeline to compile, and inputs that may change from picture to picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pass {
-    /// What is compiled. Over the same volume equal pipelines are compiled once.
+    /// The compiled part. Equal pipelines over the same volume are compiled once.
     pub pipeline: Pipeline,
-    /// What it reads and how much of it runs.
+    /// The data that it reads, and how much of it runs.
     pub inputs: Inputs,
 }
 
-/// What decides the shaders of a pass and the state of the device beside them.
+/// Everything that determines the shaders of a pass, and the device state for them.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Pipeline {
-    /// What the modules are run by.
+    /// How the modules run.
     pub stage: Stage,
     /// The renderer's own modules.
     pub modules: Vec<Module>,
-    /// Modules that stand in the text where something uses what they declare ([`Program::offered`]).
+    /// Modules that the text includes if a module uses their declarations ([`Program::offered`]).
     pub offered: Vec<Module>,
-    /// What modules may read beside voxels; of each that one uses the inputs hold the contents.
+    /// Variables that modules may read. The inputs hold the contents of each used variable.
     pub variables: Vec<Variable>,
 }
 
-/// What runs the modules of a pass. Entry points that the modules do not declare themselves are the engine's: they also
-/// guard against devices that end loops before they are done (llvmpipe does after 65535 rounds in sum), which no renderer
-/// needs to know of.
+/// How the modules of a pass run. If the modules declare no entry point, the engine provides one. The engine also
+/// guards against devices that end loops early (llvmpipe, after 65535 rounds in sum). Renderers need no code for this.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Stage {
-    /// A compute shader of the renderer's own, which fills `image: array<vec4<f32>>` (premultiplied RGBA in rows).
+    /// A compute shader of the renderer's own. It fills `image: array<vec4<f32>>` (premultiplied RGBA in rows).
     Compute {
         /// Entry point, which a module declares.
         entry: &'static str,
     },
-    /// Rays that are followed through the drawn box, a pixel each. A module declares
-    /// `gather(so_far: vec4<f32>, x: vec3<f32>, direction: vec3<f32>, piece: f32) -> Gathered`: what a ray has gathered once
-    /// it has taken the sample at `x`, which stands for `piece` voxel lengths of it, and whether it ends there.
+    /// Rays through the drawn box, one per pixel. A module declares `gather(so_far: vec4<f32>, x: vec3<f32>, direction:
+    /// vec3<f32>, piece: f32) -> Gathered`. It adds the ray sample at `x`, which stands for `piece` voxel lengths of
+    /// the ray, and decides whether the ray ends.
     Rays(RayWalk),
-    /// Triangles that are drawn one after the other, each *over* what is there, into an image that is transparent at first. A
-    /// module declares `shown(proxy: Proxy) -> vec4<f32>`, the premultiplied RGBA of a fragment, and the struct `Proxy`.
+    /// Triangles, each drawn *over* the earlier ones, into an image that is transparent at first. A module declares
+    /// `shown(proxy: Proxy) -> vec4<f32>`, the premultiplied RGBA of a fragment, and the struct `Proxy`.
     Triangles(Proxies),
-    /// The same, piece by piece, from a ring of layers that are decoded in between ([`LayerStep`]). The instance that
-    /// the vertex shader is drawn with is [`LayerStep::Draw::between`] plus 1.
+    /// The same in pieces, from a ring of layers that are decoded between the pieces ([`LayerStep`]). The instance
+    /// index of the vertex shader is [`LayerStep::Draw::between`] plus 1.
     Layers {
         /// The triangles.
         proxies: Proxies,
@@ -65,16 +64,16 @@ pub enum Stage {
     },
 }
 
-/// What follows rays. Rays that are followed at once mark a pixel where the device has ended loops: an opacity of −1, as red
-/// the number of the sample that the ray had come to, and as green 1 where it was not at its end, and 0 where it was and
-/// its samples may be wrong. Rays in pieces are followed some samples further by each of many dispatches, from what the
-/// picture and `progress` hold of them, to the same picture in every bit.
+/// The modules that follow rays. The module `at_once` marks a pixel if the device has ended a loop: opacity −1; red is
+/// the number of the ray's last sample; green is 1 if the ray was not at its end, and 0 if it was but its samples may
+/// be wrong. The module `in_pieces` follows rays over many dispatches, some samples each. It continues from the picture
+/// and `progress`, and makes the same picture in every bit.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub struct RayWalk {
     /// The module that follows them to their ends.
     pub at_once: Template,
-    /// What takes its place for rays in pieces. It uses `inputs.pieces` and `progress`, whose words are of each pixel the
-    /// sample that comes next: 0 before the first piece, [`RayWalk::END`] and [`RayWalk::CUT`] behind the last.
+    /// The module for rays in pieces. It uses `inputs.pieces` and `progress`. `progress` holds one word per pixel, the
+    /// number of the next sample: 0 before the first piece, [`RayWalk::END`] or [`RayWalk::CUT`] after the last.
     pub in_pieces: Template,
 }
 
@@ -87,36 +86,36 @@ impl Default for RayWalk {
 impl RayWalk {
     /// The ray has come to its end.
     pub const END: u32 = 0xffff_ffff;
-    /// The device ended loops of a piece before they were done.
+    /// The device ended the loops of a piece early.
     pub const CUT: u32 = 0xffff_fffe;
-    /// Pixels along x and y that a workgroup follows rays of.
+    /// Edge of a workgroup in pixels, along x and y.
     pub const WORKGROUP: u32 = 8;
 }
 
-/// Triangles of a pass, but for their corners.
+/// Triangles of a pass, without their vertices.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Proxies {
     /// Entry point of the vertex shader, which a module declares. It takes a [`ProxyVertex`] at locations 0 and 1.
     pub vertex: &'static str,
-    /// What sums are kept in.
+    /// Precision of the sums.
     pub blending: Blending,
 }
 
-/// What a pass reads beside voxels, and how much of it runs.
+/// Data that a pass reads besides voxels, and how much of the pass runs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Inputs {
     /// Contents of the pipeline's variables.
     pub contents: Vec<Contents>,
     /// Workgroups along x, y, z of [`Stage::Compute`].
     pub workgroups: [u32; 3],
-    /// Corners of triangles, the farthest triangle first, of [`Stage::Triangles`] and [`Stage::Layers`].
+    /// Corners of triangles, the farthest triangle first, for [`Stage::Triangles`] and [`Stage::Layers`].
     pub vertices: Vec<ProxyVertex>,
-    /// What [`Stage::Layers`] does, in this order, into an image that is transparent at first. A slot is read only once
-    /// it is filled.
+    /// The steps of [`Stage::Layers`], in order, into an image that is transparent at first. A slot is read only after
+    /// it was filled.
     pub steps: Vec<LayerStep>,
 }
 
-/// What a variable holds, in WGSL's layout.
+/// The content of a variable, in WGSL's layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contents {
     /// Name of the variable.
@@ -126,7 +125,7 @@ pub struct Contents {
 }
 
 impl Pipeline {
-    /// The program that draws where a device runs loops to their ends, or shows where it does not.
+    /// The program for devices that run loops to their ends. On other devices it marks the affected pixels.
     #[must_use]
     pub fn program(&self) -> Program {
         match self.stage {
@@ -138,8 +137,8 @@ impl Pipeline {
         }
     }
 
-    /// The program that draws the same where a device ends loops: rays in pieces, and fragments that paint a red below
-    /// zero where loops were ended. `None` where there is none.
+    /// The program for devices that end loops early: rays in pieces, and fragments that write a negative red if a loop
+    /// was ended. `None` if there is none.
     #[must_use]
     pub fn guarded_program(&self) -> Option<Program> {
         match self.stage {
@@ -164,7 +163,7 @@ impl Pipeline {
         }
     }
 
-    /// What layers lie across, where it draws layer by layer.
+    /// The axis across which it draws layer by layer, if it does.
     #[must_use]
     pub const fn layers(&self) -> Option<Axis> {
         match self.stage {
@@ -197,12 +196,12 @@ pub struct ProxyVertex {
     pub slice: u32,
 }
 
-/// What blended sums are kept in.
+/// Precision of blended sums.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Blending {
-    /// Half precision: what every device can blend. Its eleven bits are rounded at each slice.
+    /// Half precision, which every device can blend. Its eleven bits are rounded at each slice.
     Float16,
-    /// Single precision; half where a device cannot blend it, which the record tells.
+    /// Single precision. Half precision if a device cannot blend single; the record then says so.
     #[default]
     Float32,
 }

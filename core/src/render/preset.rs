@@ -2,14 +2,14 @@
 
 use super::ControlPoint;
 
-/// A transfer function with a name. Its values are shares of the volume's value range.
+/// A named transfer function. Its values are fractions of the volume's value range.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Preset {
     /// Name in TOML and on command lines.
     pub name: &'static str,
-    /// What it is for.
+    /// Its purpose.
     pub doc: &'static str,
-    /// Share of the value range, straight RGBA.
+    /// Fraction of the value range, straight RGBA.
     points: &'static [(f32, [f32; 4])],
 }
 
@@ -72,7 +72,7 @@ impl Preset {
         Self::ALL.iter().find(|preset| preset.name == name)
     }
 
-    /// Its control points; a value of 0 is the volume's lowest, 1 its highest.
+    /// Its control points. Value 0 is the volume's lowest, 1 its highest.
     #[must_use]
     pub fn control_points(&self) -> Vec<ControlPoint> {
         self.points.iter().map(|&(value, rgba)| ControlPoint { value, rgba }).collect()

@@ -1,4 +1,4 @@
-//! What a renderer is, and how its settings name it.
+//! The trait of renderers, and labels of their settings.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -7,23 +7,23 @@ use super::{Image, Plan, RenderError, View, Voxels};
 use crate::codec::{ConfigError, Setting, SettingValue, Settings};
 use crate::volume::VolumeLayout;
 
-/// What a renderer says of itself.
+/// Metadata of a renderer.
 #[derive(Copy, Clone, Debug)]
 pub struct RendererInfo {
     /// Name in TOML and records.
     pub id: &'static str,
     /// One line for lists.
     pub summary: &'static str,
-    /// Its settings: keys of `[pipeline]` beside those that every renderer has.
+    /// Its settings: additional keys of `[pipeline]`.
     pub settings: &'static [Setting],
-    /// The settings with which it draws from a ring of layers ([`Renderer::plan_layers`], site *ring*); `None` where it
+    /// The settings with which it draws from a ring of layers ([`Renderer::plan_layers`], site *ring*). `None` if it
     /// never does.
     pub layers: Option<&'static [(&'static str, &'static str)]>,
 }
 
 impl RendererInfo {
-    /// The name of this renderer with these settings, in records and on command lines: the id, and what differs from
-    /// the defaults (`slicing,geometry=axis`). Equal settings have equal labels.
+    /// The label of this renderer with these settings, in records and on command lines: the id, and the settings that
+    /// differ from the defaults (`slicing,geometry=axis`). Equal settings have equal labels.
     ///
     /// # Errors
     /// When it has no such setting, or not this value.
@@ -34,7 +34,7 @@ impl RendererInfo {
         Ok(changed.fold(self.id.to_owned(), |label, (name, value)| format!("{label},{name}={value}")))
     }
 
-    /// The settings that a label holds, complete; `None` when the label is that of another renderer.
+    /// The complete settings of a label. `None` if the label is another renderer's.
     ///
     /// # Errors
     /// As [`RendererInfo::label`].
@@ -43,14 +43,15 @@ impl RendererInfo {
         if parts.next() != Some(self.id) {
             return None;
         }
-        // A word without a value is an unknown setting, which the schema then says.
+        // A word without a value becomes an unknown setting, and the schema reports it.
         let pairs = parts.map(|part| part.split_once('=').unwrap_or((part, "")));
         let written: Settings =
             pairs.map(|(name, value)| (name.to_owned(), SettingValue::from(value))).collect();
         Some(self.complete(&written))
     }
 
-    /// Whether a renderer of this label draws from a ring of layers. Labels hold what differs from the defaults.
+    /// Whether a renderer with this label draws from a ring of layers. Labels contain only settings that differ from
+    /// the defaults.
     #[must_use]
     pub fn draws_layers(&self, label: &str) -> bool {
         let settings = self.parse(label).and_then(Result::ok);
@@ -71,7 +72,7 @@ impl RendererInfo {
     }
 }
 
-/// Walks a volume and makes a picture of it. Pure: describes passes, touches no device.
+/// Walks a volume and draws a picture. It only describes passes and needs no device.
 pub trait Renderer: Send + Sync + Debug {
     /// Its name and settings.
     fn info(&self) -> &'static RendererInfo;
@@ -88,7 +89,8 @@ pub trait Renderer: Send + Sync + Debug {
     /// When the renderer does not offer what the view asks for.
     fn plan(&self, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError>;
 
-    /// The pass that draws the same picture from a ring of layers, for the site *ring*: one of [`super::Stage::Layers`].
+    /// The pass of kind [`super::Stage::Layers`] that draws the same picture from a ring of layers, for the site
+    /// *ring*.
     ///
     /// # Errors
     /// As [`Renderer::plan`], and when the renderer, with its settings, does not draw layer by layer.
@@ -97,8 +99,8 @@ pub trait Renderer: Send + Sync + Debug {
         Err(RenderError::Unsupported(format!("renderer {} does not draw layer by layer", self.info().id)))
     }
 
-    /// The CPU mirror: the same picture by the same arithmetic in Rust. It defines the golden image. On a
-    /// [`super::Filter`] it acts as the manual filters of the shaders do.
+    /// The CPU mirror: the same picture with the same arithmetic in Rust. It defines the golden image. For a
+    /// [`super::Filter`] it computes what the manual filters of the shaders compute.
     ///
     /// # Errors
     /// As [`Renderer::plan`], and when `voxels` fails.

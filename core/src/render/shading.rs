@@ -1,26 +1,26 @@
-//! Shading: Blinn and Phong's model over the gradient of the data values, and where its light stands.
+//! Shading: the model of Blinn and Phong over the gradient of the data values, and its light.
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::RayFrame;
 
-/// Blinn–Phong (Blinn 1977) with one white light. The normal is the gradient of the data values by central
-/// differences one voxel apart; both of its sides are lit.
+/// Blinn–Phong (Blinn 1977) with one white light. The normal is the gradient of the data values, by central differences
+/// one voxel apart. Both sides of a surface are lit.
 #[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shading {
-    /// Share of a sample's colour that it shows without light, `0.0..=1.0`.
+    /// Fraction of a sample's colour without light, `0.0..=1.0`.
     pub ambient: f32,
-    /// Share of a sample's colour that light adds where it meets the surface upright, `0.0..=1.0`.
+    /// Fraction of a sample's colour that light adds at normal incidence, `0.0..=1.0`.
     pub diffuse: f32,
     /// White that the highlight adds at its brightest, `0.0..=1.0`.
     pub specular: f32,
-    /// Exponent of the highlight, within [`Shading::SHININESS`]; the larger, the smaller the highlight.
+    /// Exponent of the highlight, within [`Shading::SHININESS`]. A larger exponent makes a smaller highlight.
     pub shininess: f32,
     /// What the light follows.
     pub light: Light,
-    /// Towards the light; not zero, its length says nothing. Of [`Light::Camera`]: right, up, towards the viewer.
-    /// Of [`Light::Fixed`]: the volume's x, y, z.
+    /// Direction towards the light. Not zero; its length is ignored. For [`Light::Camera`]: right, up, towards the
+    /// viewer. For [`Light::Fixed`]: the volume's x, y, z.
     pub direction: [f32; 3],
 }
 
@@ -53,9 +53,9 @@ impl Shading {
     /// Exponents that make sense.
     pub const SHININESS: std::ops::RangeInclusive<f32> = 1.0..=1000.0;
 
-    /// A gradient counts in full where it exceeds this share of the transfer function's domain per voxel length by
-    /// far, and fades out below it. It is about one step of 8-bit samples, and of the 8-bit weights of texture units:
-    /// the direction of less would be that of their rounding.
+    /// Threshold of gradients, as a fraction of the transfer function's domain per voxel length. Gradients far above it
+    /// count in full; below it they fade out. It is about one step of 8-bit samples, and of the 8-bit weights of
+    /// texture units: a smaller gradient would have the direction of rounding errors.
     pub const FLAT: f32 = 0.004;
 
     /// Whether these components point anywhere.
@@ -64,10 +64,10 @@ impl Shading {
         direction.iter().all(|c| c.is_finite()) && direction.iter().any(|c| *c != 0.0)
     }
 
-    /// Towards the light in the world, of unit length.
+    /// Unit vector towards the light, in world coordinates.
     #[must_use]
     pub fn towards_light(&self, rays: &RayFrame) -> Vec3 {
-        // The squares of very long or very short vectors need the range of double precision.
+        // Double precision holds the squares of very long and very short vectors.
         let [x, y, z] = DVec3::from_array(self.direction.map(f64::from)).normalize().as_vec3().to_array();
         let world = match self.light {
             Light::Fixed => Vec3::new(x, y, z),
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn a_light_follows_the_camera_or_the_volume() {
-        // From azimuth 0 the camera looks along y with x to the right and z up.
+        // At azimuth 0 the camera looks along y, with x to the right and z up.
         let front = Camera { azimuth: 0.0, elevation: 0.0, ..Camera::default() };
         let side = Camera { azimuth: 90.0, ..front };
         for camera in [front, side] {

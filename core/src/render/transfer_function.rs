@@ -13,30 +13,31 @@ use crate::volume::ValueRange;
 pub struct ControlPoint {
     /// Data value.
     pub value: f32,
-    /// Straight (not premultiplied) RGBA, `0.0..=1.0`; opacity is that of one voxel length.
+    /// Straight (not premultiplied) RGBA, `0.0..=1.0`. The opacity is per voxel length.
     pub rgba: [f32; 4],
 }
 
 /// Piecewise linear, constant beyond its ends, exact however narrow a segment is.
 ///
-/// Two points of one value are a step; at the value itself the later one holds. Of more than two points of one value those
-/// in the middle never show.
+/// Two points of one value make a step. At the value itself the later one applies. Of more than two points of one
+/// value, the middle ones never show.
 ///
-/// A value has the colour of its point to the bit; between two points the colour is within 3 × 2⁻²³ (3 units in the last
-/// place of 1) of the straight line. Shader (`shaders/classify/transfer.wgsl`) and CPU read the same numbers and compute in
-/// the same order.
+/// At a point's value the colour equals the point's, bit for bit. Between two points it is within 3 × 2⁻²³ (3 units in
+/// the last place of 1) of the straight line. Shader (`shaders/classify/transfer.wgsl`) and CPU read the same numbers
+/// and compute in the same order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
     points: Vec<ControlPoint>,
-    /// Segment k lies between the points k − 1 and k; the first and the last lie beyond the ends. How many of the segments before segment k show anything.
+    /// Number of segments before segment k that show anything. Segment k lies between the points k − 1 and k. The first
+    /// and the last segment lie beyond the ends.
     shown_before: Vec<u32>,
     search: SegmentSearch,
 }
 
-/// How far a value lies within a segment, 0 to 1: `share_of` of the shader.
+/// Position of a value within a segment, 0 to 1: `share_of` of the shader.
 ///
-/// The scale is a power of two that brings the larger end of the segment to 2 … 4: the biased exponents of both add up to 255.
-/// Products with it are exact, and no difference overflows or vanishes.
+/// The scale is a power of two that brings the larger end of the segment to 2 … 4: the biased exponents of both add up
+/// to 255. Products with it are exact, and no difference overflows or underflows.
 fn share_of(value: f32, [low, high]: [f32; 2]) -> f32 {
     let larger = low.abs().max(high.abs()).max(1e-37);
     let scale = f32::from_bits(!larger.to_bits() & f32::INFINITY.to_bits());
@@ -70,8 +71,8 @@ impl TransferFunction {
     /// Rows of [`TransferFunction::table`].
     pub const TABLE_ROWS: usize = 3;
 
-    /// From 2 to [`TransferFunction::MAX_POINTS`] points of non-decreasing value. A subnormal value counts as 0, as it does
-    /// in volumes.
+    /// A function of 2 to [`TransferFunction::MAX_POINTS`] points. Values do not decrease. A subnormal value counts as
+    /// 0, as in volumes.
     ///
     /// # Errors
     /// When there are too few or too many points, or their values are out of order or all equal.
@@ -120,15 +121,15 @@ impl TransferFunction {
         self.search
     }
 
-    /// What the search reads from the view: all control points, the last one repeated; or the ends of the domain, cells per
-    /// data unit and the last cell of a guide.
+    /// The search's data in the view: all control points, the last one repeated; or the ends of the domain, cells per
+    /// data unit, and the last cell of a guide.
     #[must_use]
     pub fn search_keys(&self) -> [[f32; 4]; 2] {
         self.search.keys(&self.values())
     }
 
-    /// The texels that shaders bind, [`TransferFunction::TABLE_ROWS`] rows of equal length: what the search reads, straight
-    /// RGBA from where each segment begins, and the values between which it lies.
+    /// The texels of the table for shaders, [`TransferFunction::TABLE_ROWS`] rows of equal length: the search's data;
+    /// straight RGBA at the start of each segment; and the two values at the ends of each segment.
     #[must_use]
     pub fn table(&self) -> Vec<[f32; 4]> {
         let last = self.search.last_segment(self.points.len());
@@ -147,7 +148,7 @@ impl TransferFunction {
         rows.into_iter().flat_map(padded).collect()
     }
 
-    /// Colour and opacity of a data value, by the arithmetic of `transfer` in the shaders.
+    /// Colour and opacity of a data value, with the arithmetic of `transfer` in the shaders.
     #[must_use]
     pub fn classify(&self, value: f32) -> [f32; 4] {
         let segment = self.segment(value);
@@ -156,7 +157,7 @@ impl TransferFunction {
         std::array::from_fn(|c| low[c] + (high[c] - low[c]) * share)
     }
 
-    /// Whether no value of `range` shows anything. It says so of all such ranges, and of no other.
+    /// Whether no value of `range` shows anything. The answer is exact.
     #[must_use]
     pub fn is_transparent(&self, range: ValueRange) -> bool {
         if range.min.is_nan() || range.max.is_nan() {
@@ -165,30 +166,30 @@ impl TransferFunction {
         // A device may take subnormal values for 0.
         let (min, max) = (range.min.min(flushed(range.min)), range.max.max(flushed(range.max)));
         let (first, last) = (self.segment(min), self.segment(max));
-        // Of the last segment a range may hold no more than where it begins.
+        // The range may contain only the first value of the last segment.
         let begins = last > 0 && self.points[last - 1].value == max;
         let end = if begins { last } else { last + 1 };
         let shown = self.shown_before[end.max(first)] - self.shown_before[first];
         shown == 0 && !(begins && self.points[last - 1].rgba[3] > 0.0)
     }
 
-    /// The segment of a value: how many points lie at or below it.
+    /// The segment of a value: the number of points at or below it.
     fn segment(&self, value: f32) -> usize {
         self.points.partition_point(|p| p.value <= value)
     }
 
-    /// The colour where a segment begins, which is that of the point before it.
+    /// The colour at the start of a segment: that of the point before it.
     fn colour(&self, segment: usize) -> [f32; 4] {
         self.points[segment.saturating_sub(1).min(self.points.len() - 1)].rgba
     }
 
-    /// Where a segment begins and ends; the same value beyond the points.
+    /// The values at the ends of a segment. Beyond the points, both are the same.
     fn ends(&self, segment: usize) -> [f32; 2] {
         let last = self.points.len() - 1;
         [segment.saturating_sub(1), segment].map(|point| self.points[point.min(last)].value)
     }
 
-    /// Whether a segment has a value that shows. One without width has no values.
+    /// Whether a segment contains a value that shows. A segment of width zero contains none.
     fn shows(&self, segment: usize) -> bool {
         let is_step = (1..self.points.len()).contains(&segment)
             && self.points[segment - 1].value >= self.points[segment].value;

@@ -1,4 +1,4 @@
-//! The uniforms that shaders of every renderer share, field by field as the templates declare them.
+//! The uniforms that all renderers' shaders share, with the fields that the templates declare.
 
 use encase::internal::WriteInto;
 use encase::{ShaderSize, ShaderType, UniformBuffer};
@@ -44,16 +44,16 @@ impl ViewUniform {
     }
 }
 
-/// `Lighting` of `shaders/optics/lit.wgsl`; the mirror computes with the same numbers.
+/// `Lighting` of `shaders/optics/lit.wgsl`. The mirror computes with the same numbers.
 #[derive(Copy, Clone, Debug, PartialEq, ShaderType)]
 pub(super) struct LightingUniform {
-    /// Towards the light in the world, of unit length.
+    /// Unit vector towards the light, in world coordinates.
     pub(super) towards_light: Vec3,
     pub(super) ambient: f32,
     pub(super) diffuse: f32,
     pub(super) specular: f32,
     pub(super) shininess: f32,
-    /// Gradients well below this count as none, in data units per voxel length.
+    /// Gradients far below this value count as none, in data units per voxel length.
     pub(super) flat: f32,
 }
 
@@ -72,7 +72,7 @@ impl LightingUniform {
     }
 }
 
-/// `Colour` of `shaders/classify/colour.wgsl`; the mirror computes with the same numbers.
+/// `Colour` of `shaders/classify/colour.wgsl`. The mirror computes with the same numbers.
 #[derive(Copy, Clone, Debug, PartialEq, ShaderType)]
 pub(super) struct ColourUniform {
     pub(super) weights: Vec3,

@@ -1,4 +1,4 @@
-//! A frame of a lower resolution, brought to the size of its volume.
+//! A frame of a lower resolution, resampled to the size of its volume.
 
 use rayon::prelude::*;
 
@@ -7,8 +7,8 @@ use super::mirror::trilinear;
 use crate::memory::{self, OutOfMemory};
 use crate::volume::{Extent, Level};
 
-/// A frame of a lower resolution at every voxel centre of its volume, which has `extent` voxels: what the filter *linear*
-/// samples there. Of voxel errors of a resolution, this is what the volume is compared with.
+/// A frame of a lower resolution, sampled at every voxel centre of its volume (`extent` voxels) with the filter
+/// *linear*. Voxel errors of a resolution compare the volume with this.
 ///
 /// # Errors
 /// When there is no memory for it.
@@ -18,7 +18,8 @@ pub fn upsampled(frame: &DecodedFrame, extent: Extent, resolution: u8) -> Result
     let samples = extent.voxels() * channels as u64;
     let mut out: Vec<f32> = memory::zeroed(samples, || format!("a frame brought to {extent} voxels"))?;
     let scale = Level::scale(resolution) as f32;
-    // Per axis and voxel: the two voxels around its centre, clamped at the border, and its place between them.
+    // Per axis and voxel: the two coarse voxels around its centre, clamped at the border, and the position between
+    // them.
     let [x, y, z] = [0, 1, 2].map(|a| {
         let last = i64::from(coarse.to_array()[a]) - 1;
         let around = |i: u32| {

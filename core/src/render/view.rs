@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 use super::{Camera, ClipBox, Coarse, ColourOpacity, Macrocells, RayFrame, Shading, TransferFunction};
 use crate::volume::{Extent, ValueRange, VolumeLayout};
 
-/// How a value between voxel centres comes about.
+/// How a value between voxel centres is computed.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Filter {
     /// The voxel that covers the point.
     Nearest,
-    /// Trilinear between the eight surrounding voxel centres, clamped at the border. At the site *host* the
-    /// texture unit does it where it can.
+    /// Trilinear between the eight surrounding voxel centres, clamped at the border. At the site *host* the texture
+    /// unit computes it if it can.
     Linear,
     /// The same value as [`Filter::Linear`], through the codec's `fetch_cell` (S3Dc's "optimised linear").
     OptimisedLinear,
@@ -25,9 +25,9 @@ impl Filter {
     /// All filters that a pipeline may name.
     pub const ALL: [Self; 3] = [Self::Nearest, Self::Linear, Self::OptimisedLinear];
 
-    /// [`Filter::Nearest`] adds this to every coordinate, in voxels. Views along an axis put whole rows of samples on
-    /// the faces between voxels, where the rounding of one device or another would choose; it is more than any such
-    /// rounding, less than an eye can see, and no plausible part of a step.
+    /// [`Filter::Nearest`] adds this to every coordinate, in voxels. In views along an axis, whole rows of samples lie
+    /// on faces between voxels, and the rounding of each device would choose a side. The offset is larger than any such
+    /// rounding, smaller than an eye can see, and not a likely fraction of a step.
     pub const NEAREST_TIE: f32 = 0.0017;
 
     /// Name used in TOML and in records.
@@ -56,31 +56,31 @@ pub struct View {
     pub camera: Camera,
     /// Data value → colour and opacity per voxel length.
     pub transfer_function: Arc<TransferFunction>,
-    /// Distance between samples along a ray, in voxel lengths (smallest spacing).
+    /// Distance between ray samples, in voxel lengths (smallest spacing).
     pub step_voxels: f32,
-    /// A ray ends when its opacity reaches this, in the middle of a sample if need be; 1 = never. The picture then
-    /// differs by at most 1 − this.
+    /// A ray ends when its opacity reaches this value, also within a sample. 1 = never. The picture then differs by at
+    /// most 1 − this.
     pub termination: f32,
     /// Filter.
     pub filter: Filter,
-    /// What decides the opacity of colours; scalars know nothing of it.
+    /// The origin of a colour's opacity. Scalar volumes ignore it.
     pub colour_opacity: ColourOpacity,
-    /// Lowest and highest value of the volume: dark and bright in colour volumes of floats.
+    /// Lowest and highest value of the volume. In colour volumes of floats they are black and white.
     pub value_range: ValueRange,
-    /// How surfaces are lit; `None` = samples show the transfer function's colours.
+    /// How surfaces are lit. `None`: samples show the transfer function's colours.
     pub shading: Option<Shading>,
-    /// What is drawn of the volume; `None` = all.
+    /// The part of the volume to draw. `None`: all.
     pub clip: Option<ClipBox>,
-    /// The volume of which a lower resolution is drawn, at the volume's size; `None` = the voxels that are drawn are the
-    /// volume's own. Voxel coordinates are then those of the resolution.
+    /// Set if a lower resolution of this volume is drawn, at the volume's size. Voxel coordinates are then the
+    /// resolution's. `None`: the volume's own voxels are drawn.
     pub coarse: Option<Coarse>,
-    /// What the renderer may skip, for this transfer function. The picture is the same without.
+    /// Macrocells to skip, for this transfer function. They do not change the picture.
     pub macrocells: Option<Arc<Macrocells>>,
 }
 
 impl View {
-    /// A plain view: 256 × 256 pixels from the default camera, half a voxel per step, every ray to its end, linear,
-    /// unlit, whole, nothing skipped; colours by luminance.
+    /// A plain view: 256 × 256 pixels, default camera, half a voxel per step, no early termination, linear, unlit, no
+    /// clip box, no skipping, opacity of colours by luminance.
     #[must_use]
     pub fn new(transfer_function: impl Into<Arc<TransferFunction>>) -> Self {
         let transfer_function = transfer_function.into();
@@ -100,21 +100,21 @@ impl View {
         }
     }
 
-    /// What may be skipped of a volume. Macrocells are classified by the transfer function: where a table over all
-    /// colours decides instead, they say nothing, and nothing is skipped.
+    /// The macrocells to skip. The transfer function classifies macrocells. If a table over all colours gives the
+    /// opacity, nothing is skipped.
     #[must_use]
     pub fn skippable(&self, layout: &VolumeLayout) -> Option<&Macrocells> {
         let by_table = layout.channels != 1 && matches!(self.colour_opacity, ColourOpacity::Table(_));
         self.macrocells.as_deref().filter(|_| !by_table)
     }
 
-    /// The same view of a volume of this shape as drawn from one of its resolutions. Macrocells are those of the resolution.
+    /// The same view of a volume of this shape, drawn from one of its resolutions. Macrocells are the resolution's.
     #[must_use]
     pub fn at_resolution(&self, volume: &VolumeLayout, resolution: u8) -> Self {
         Self { coarse: Coarse::of(volume, resolution), ..self.clone() }
     }
 
-    /// The rays of the picture, in the coordinates of the voxels that are drawn, whose shape is `layout`.
+    /// The rays of the picture, in coordinates of the drawn voxels, whose shape is `layout`.
     #[must_use]
     pub fn rays(&self, layout: &VolumeLayout) -> RayFrame {
         match &self.coarse {
@@ -123,8 +123,8 @@ impl View {
         }
     }
 
-    /// Lower and upper corner of what is drawn, in the coordinates of the voxels that are drawn, of which there are
-    /// `extent`.
+    /// Lower and upper corner of the drawn box, in coordinates of the drawn voxels. `extent` is their number along each
+    /// axis.
     #[must_use]
     pub fn bounds(&self, extent: Extent) -> [Vec3; 2] {
         let clip = self.clip.unwrap_or(ClipBox::WHOLE);
@@ -134,8 +134,8 @@ impl View {
         }
     }
 
-    /// Whether all voxels are drawn, from face to face: no clip box, and no voxel of a lower resolution that sticks out of
-    /// the volume.
+    /// Whether all voxels are drawn completely: no clip box, and no voxel of a lower resolution that extends beyond the
+    /// volume.
     #[must_use]
     pub fn draws_whole(&self, extent: Extent) -> bool {
         self.clip.is_none() && self.bounds(extent) == ClipBox::WHOLE.corners(extent)

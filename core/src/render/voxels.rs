@@ -1,16 +1,16 @@
-//! What the CPU mirror of a renderer reads voxels from.
+//! The voxels that a renderer's CPU mirror reads.
 
 use super::RenderError;
 use crate::codec::{DecodeError, DecodedFrame, Decoder, References};
 use crate::volume::{BrickKey, Extent, FrameIndex, Level, Region, VolumeLayout};
 
-/// Values at the corners of a cell; corner `i` takes x from bit 0, y from bit 1, z from bit 2 of `i`. A scalar
-/// lies in the first component.
+/// Values at the corners of a grid cell. Corner `i` takes x from bit 0, y from bit 1, z from bit 2 of `i`. A scalar is
+/// in the first component.
 pub type Cell = [[f32; 4]; 8];
 
 /// Random access to decoded voxels.
 pub trait Voxels: Sync {
-    /// Shape of the volume at the level that is drawn.
+    /// Shape of the volume at the drawn level.
     fn layout(&self) -> &VolumeLayout;
 
     /// One voxel; `p` lies inside.
@@ -19,7 +19,7 @@ pub trait Voxels: Sync {
     /// When decoding fails.
     fn fetch(&self, p: [u32; 3]) -> Result<[f32; 4], RenderError>;
 
-    /// The corners of the cell from `p` to `q`, both inside; `q` is `p` or `p + 1` along each axis.
+    /// The corners of the grid cell from `p` to `q`, both inside. `q` is `p` or `p + 1` along each axis.
     ///
     /// # Errors
     /// When decoding fails.
@@ -63,15 +63,15 @@ impl Voxels for DecodedFrame {
     }
 }
 
-/// Decodes at every fetch: what the site *inline* draws from on the CPU.
+/// Decodes at every fetch: the CPU's version of the site *inline*.
 #[derive(Debug)]
 pub struct DecoderVoxels<'a> {
     decoder: &'a dyn Decoder,
     frame: FrameIndex,
     level: Level,
-    /// That of the level.
+    /// Shape of the volume at the level.
     layout: VolumeLayout,
-    /// What the frame is predicted from.
+    /// The frames that this frame is predicted from.
     references: References,
 }
 

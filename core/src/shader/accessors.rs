@@ -1,4 +1,4 @@
-//! Buffers behind functions: a buffer larger than one binding is cut into parts, and whoever calls cannot tell.
+//! Buffers behind functions. A buffer larger than one binding is split into parts. Callers do not see this.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use super::{Binding, BindingKind, BindingLimits, ResourceSize, ShaderError};
 
 /// Declarations of buffers in group 1, as they grow.
 pub struct Accessors<'a> {
-    /// What the buffers are for, in errors: "codec `raw`".
+    /// Owner of the buffers, for errors: "codec `raw`".
     owner: &'a str,
     limits: BindingLimits,
     /// Text so far.
@@ -29,7 +29,8 @@ impl<'a> Accessors<'a> {
         Self { owner, limits, text: String::new(), bindings: Vec::new() }
     }
 
-    /// A buffer of so many words, called `name`; `kind` says what `words` words from `first` on are.
+    /// Adds a buffer of `words` words under `name`. `kind` makes the binding of a part from its first word and its
+    /// length.
     ///
     /// # Errors
     /// When an index does not reach its end.
@@ -78,8 +79,8 @@ impl<'a> Accessors<'a> {
         Ok(())
     }
 
-    /// The body of an accessor: what it does with each part, given the part, what to take off the index, and the
-    /// indentation.
+    /// The body of an accessor. `of` gives the code for each part: number of the part, offset to subtract from the
+    /// index, and indentation.
     fn branches(&mut self, parts: &[u64], of: impl Fn(usize, &str, &str) -> String) {
         for (part, first) in parts.iter().enumerate() {
             let offset = if *first == 0 { String::new() } else { format!(" - {first}u") };
@@ -93,7 +94,7 @@ impl<'a> Accessors<'a> {
         self.text.push_str("}\n");
     }
 
-    /// Text and bindings, if the device can bind as many storage buffers besides `others`, of the renderer.
+    /// Text and bindings, if the device can bind this many storage buffers. `others` counts the renderer's.
     ///
     /// # Errors
     /// When it cannot, with both numbers.
@@ -116,8 +117,8 @@ impl<'a> Accessors<'a> {
     }
 }
 
-/// Bindings of buffers, and the accessors through which WGSL reads them. Their names begin with `prefix`; errors name the
-/// owner.
+/// Bindings of buffers, and the accessors through which WGSL reads them. Their names begin with `prefix`. Errors name
+/// the owner.
 pub fn resource_accessors(
     (owner, prefix): (&str, &str),
     resources: &[ResourceSize],

@@ -1,5 +1,4 @@
-//! The shaders of the site *deferred*: every voxel of a frame, decoded once, as texels; and of the site *ring*: every
-//! voxel of a layer.
+//! Shaders that decode voxels into texels: of a whole frame for the site *deferred*, of one layer for the site *ring*.
 
 use cvr_shaders::{self as shaders, DEFERRED_DECODE, Template};
 
@@ -14,11 +13,11 @@ use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
 /// All that decodes one frame on a device.
 #[derive(Clone, Debug)]
 pub struct DeferredShaders<'a> {
-    /// The codec's own passes, which come first, each once; none where its snippet is called voxel by voxel.
+    /// The codec's own passes. Each runs once, before `pack`. Empty if the snippet is called voxel by voxel.
     pub passes: Vec<PassShader>,
-    /// The pass of [`generate_decode`], once per slab.
+    /// The pass of [`generate_decode`]. It runs once per chunk of layers.
     pub pack: GeneratedShader,
-    /// The codec's buffers, which the bindings of the kind [`super::BindingKind::Words`] count.
+    /// The codec's buffers. Bindings of the kind [`super::BindingKind::Words`] index them.
     pub resources: Vec<Resource<'a>>,
 }
 
@@ -28,7 +27,7 @@ pub enum DeferredError {
     /// The codec has neither passes nor a snippet for this stream.
     #[error("codec `{0}` does not decode this stream in a shader")]
     NoShader(String),
-    /// The stream lacks what they read.
+    /// The stream lacks data that the shaders read.
     #[error(transparent)]
     Decode(#[from] DecodeError),
     /// The generator refuses them.
@@ -37,7 +36,7 @@ pub enum DeferredError {
 }
 
 impl<'a> DeferredShaders<'a> {
-    /// The shaders that decode `frame` into texels of `format`: by the codec's passes if it brings any, else by its
+    /// The shaders that decode `frame` into texels of `format`: with the codec's passes if it has any, else with its
     /// snippet.
     ///
     /// # Errors
@@ -60,8 +59,8 @@ impl<'a> DeferredShaders<'a> {
         Self::generate_layers(codec, decoder, (frame, level), (format, Axis::Z), limits)
     }
 
-    /// The shader that decodes layers across `axis` by the codec's snippet, each by itself. Passes are no way to a layer:
-    /// they rebuild whole frames.
+    /// The shader that decodes single layers across `axis` with the codec's snippet. Passes cannot do this: they
+    /// rebuild whole frames.
     ///
     /// # Errors
     /// As [`generate()`], and when the codec has no snippet.
@@ -91,10 +90,10 @@ impl<'a> DeferredShaders<'a> {
     }
 }
 
-/// Generates the pass that decodes a slab of a frame through `source` and writes its texels, in rows of a multiple of
-/// 256 bytes, into a buffer of words: layer by layer across `axis`, which is z where the texture is the frame. Its
-/// invocations stand for groups of voxels along a row ([`voxels_per_invocation`]) in x, rows in y and layers in z; 64 of
-/// them along x form a workgroup.
+/// Generates the pass that decodes layers of a frame through `source` into a buffer of words. It writes texels layer by
+/// layer across `axis` (z if the texture is a frame), in rows of a multiple of 256 bytes. Invocations are groups of
+/// voxels along a row ([`voxels_per_invocation`]) in x, rows in y, and layers in z. A workgroup is 64 invocations along
+/// x.
 ///
 /// # Errors
 /// As [`generate()`].
@@ -123,7 +122,7 @@ pub fn generate_decode(
     generate(&Request { program: &program, layout, source: source.clone(), filter: None, limits })
 }
 
-/// How a value becomes the bits of a texel.
+/// The module that packs a value into a texel.
 const fn texel(format: TexelFormat) -> Template {
     match format {
         TexelFormat::Unorm8 => shaders::TEXEL_UNORM8,
@@ -133,7 +132,7 @@ const fn texel(format: TexelFormat) -> Template {
     }
 }
 
-/// Voxels that one invocation of the decode pass writes: as many scalars as share a word, or one colour.
+/// Voxels that one invocation of the decode pass writes: the scalars of one word, or one colour.
 #[must_use]
 pub const fn voxels_per_invocation(format: TexelFormat, channels: u32) -> u32 {
     if channels == 1 { (4 / format.bytes()) as u32 } else { 1 }

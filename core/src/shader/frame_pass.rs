@@ -13,7 +13,7 @@ use super::{BindingKind, BindingLimits, Form, GeneratedShader, ShaderError, Sour
 use crate::codec::{FramePass, FramePasses, Scratch};
 use crate::volume::{FrameIndex, Level, VolumeLayout};
 
-/// What a snippet or pass may ask about the frame and level that it decodes.
+/// Functions about the frame and level that a snippet or pass may call.
 const LEVEL: [&str; 3] = ["frame", "resolution", "stages"];
 
 /// A pass, ready to be dispatched.
@@ -26,8 +26,8 @@ pub struct PassShader {
     pub workgroups: [u32; 3],
 }
 
-/// Generates the passes of a codec, in their order, and what draws or packs voxels from the buffer that they leave
-/// the frame in.
+/// Generates the passes of a codec in their order, then the shader that draws or packs voxels from the resulting
+/// buffer.
 ///
 /// # Errors
 /// When a module does not parse or breaks the contract of [`FramePass`], names are unknown or clash, the result is too
@@ -48,7 +48,7 @@ pub fn generate_passes(
     Ok((shaders.collect::<Result<_, ShaderError>>()?, source))
 }
 
-/// Where the frame lies in the end.
+/// The buffer that holds the frame at the end.
 fn result(
     codec: &str,
     passes: &FramePasses<'_>,
@@ -144,7 +144,7 @@ fn generate_pass(
     Ok(GeneratedShader { wgsl, segments, bindings, entry, form: Form::Unrolled, inlined_operations })
 }
 
-/// What the generator declares for a pass, in words; no two of them have one name, and no buffer has two.
+/// A list of the declarations that the generator adds to a pass. Names must differ, and no buffer may have two.
 fn provided(
     codec: &str,
     passes: &FramePasses<'_>,

@@ -32,14 +32,14 @@ pub fn generate(request: &Request<'_>) -> Result<GeneratedShader, ShaderError> {
     Ok(shader)
 }
 
-/// The forms that make the text of a request shorter, each shorter than the one before.
+/// The forms that shorten the text of a request, each shorter than the one before.
 fn looped(request: &Request<'_>, resolved: &Resolved) -> impl Iterator<Item = Form> {
     let lit = resolved.modules.contains(&shaders::GRADIENT.into()).then_some(Form::OneSample);
     let eight = (request.filter == Some(Filter::Linear)).then_some(Form::OneFetch);
     lit.into_iter().chain(eight)
 }
 
-/// What [`generate()`] would prove, at a small part of the cost: whoever keeps shaders finds by it one that was made before.
+/// The text that [`generate()`] validates, much cheaper than a validated shader. A cache of shaders uses it as its key.
 ///
 /// # Errors
 /// When modules clash, or the device's limits do not suffice.
@@ -146,7 +146,7 @@ fn assemble<'a>(
             if let Some(size) = padded.filter(|_| hardware) {
                 out.generated("size of the texture", &text::texture_size(size));
             }
-            // The texture unit needs no fetch of single voxels.
+            // With hardware filtering, single voxels are not fetched.
             if !hardware {
                 out.template(shaders::SOURCE_TEXTURE);
             }
@@ -161,7 +161,7 @@ fn assemble<'a>(
             let reads = if hardware { shaders::FILTER_HARDWARE_RING } else { shaders::SOURCE_RING };
             let calls = |function: &str| calls(function) || reads.source.contains(function);
             out.generated("the ring of layers", &text::ring(*axis, calls));
-            // The texture unit needs no fetch of single voxels, and has sampled under its filter.
+            // With hardware filtering, the texture unit samples, and single voxels are not fetched.
             if !hardware {
                 out.template(shaders::SOURCE_RING);
             }
@@ -175,7 +175,7 @@ fn storage_of(bindings: &[Binding]) -> u32 {
     bindings.iter().filter(|b| b.kind.is_storage()).count() as u32
 }
 
-/// What the generator declares for a snippet, in words.
+/// A list of the declarations that the generator adds to a snippet.
 fn provided(source: &Source<'_>) -> String {
     let Source::Inline { codec, module, resources, .. } = source else { return String::new() };
     let constants = module.constants.iter().map(|c| format!("`{codec}_{}`", c.name));
@@ -226,7 +226,7 @@ impl Assembled<'_> {
         let provided = provided(&request.source);
         let mapped = Mapped { wgsl: &out.wgsl, segments: &out.segments, provided: &provided };
         if let Some(snippet) = &snippet {
-            // Before naga sees the text: a declaration that clashes with a template's would be blamed on both.
+            // Before naga parses the text: it would blame both declarations if a snippet's clashes with a template's.
             lint::declarations(snippet)?;
         }
         let module = naga::front::wgsl::parse_str(&out.wgsl).map_err(|e| mapped.parse_error(&e))?;
@@ -249,7 +249,7 @@ impl Assembled<'_> {
     }
 }
 
-/// Enters where uniforms lie in their buffer.
+/// Stores the offsets of uniforms in their buffer.
 fn lay_out(bindings: &mut [Binding], module: &naga::Module) {
     let of_uniforms = |space| space == naga::AddressSpace::Uniform;
     let Some((_, variable)) = module.global_variables.iter().find(|(_, v)| of_uniforms(v.space)) else {
@@ -265,7 +265,7 @@ fn lay_out(bindings: &mut [Binding], module: &naga::Module) {
     }
 }
 
-/// Holds a module to the rules of WGSL, without any extension.
+/// Validates a module by the rules of WGSL, without extensions.
 pub(super) fn validate(module: &naga::Module, mapped: &Mapped<'_>) -> Result<(), ShaderError> {
     let flags = naga::valid::ValidationFlags::all();
     let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());

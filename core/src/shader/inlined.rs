@@ -1,9 +1,9 @@
-//! How long a shader is once every call is replaced by what it calls.
+//! Length of a shader after every call is replaced by the body of the called function.
 
 use naga::{Block, Expression, Function, Literal, Module, Statement};
 
-/// What an operation counts in a loop of the decoder that lies within another of its loops: compilers unroll the short ones
-/// and branch around all others. The outer one goes over channels.
+/// Weight of an operation in a decoder's inner loop. Compilers unroll the short inner loops and branch around the
+/// others. The outer loop goes over channels.
 const IN_INNER_LOOPS: u64 = 8;
 
 /// Operations by the number of loops around them: none, one, more.
@@ -16,21 +16,21 @@ impl Length {
         *sum = sum.saturating_add(operations);
     }
 
-    /// Adds a length that lies within so many loops.
+    /// Adds a length inside `loops` loops.
     fn add_within(&mut self, loops: usize, other: Self) {
         (loops..).zip(other.0).for_each(|(loops, operations)| self.add(loops, operations));
     }
 
-    /// What it counts as a decoder.
+    /// The length, weighted for a decoder.
     fn of_decoder(self) -> Self {
         let [straight, once, inner] = self.0;
         Self([straight.saturating_add(once).saturating_add(inner.saturating_mul(IN_INNER_LOOPS)), 0, 0])
     }
 }
 
-/// Statements and evaluated expressions of an entry point, those of called functions counted at every call. Of a branch on a
-/// constant only what can be reached counts: compilers leave out the rest. In `decoders`, functions by name, inner loops count
-/// more.
+/// Number of statements and evaluated expressions of an entry point. Called functions count at every call. Of a branch
+/// on a constant, only the reachable side counts: compilers remove the other. In functions named in `decoders`, inner
+/// loops count more.
 pub fn operations(module: &Module, entry: &str, decoders: &[String]) -> u64 {
     // A function stands behind all that it calls.
     let mut of_functions: Vec<Length> = Vec::with_capacity(module.functions.len());
@@ -47,7 +47,7 @@ pub fn operations(module: &Module, entry: &str, decoders: &[String]) -> u64 {
     length.0.into_iter().fold(0, u64::saturating_add)
 }
 
-/// Adds a block within so many loops, as far as it is reached; true if nothing behind it is.
+/// Adds a block inside `loops` loops, up to its end or its exit. True if the code behind it is unreachable.
 fn add_block(
     length: &mut Length,
     loops: usize,
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!(shader("if never == 3u { inner(1u); } else { outer(1u); }"), inner);
         assert_eq!(shader("if never == 4u { inner(1u); } else { outer(1u); }"), outer);
         assert!(shader("if out[0] == 4u { inner(1u); } else { outer(1u); }") > inner + outer - empty);
-        // What stands behind a return.
+        // Code behind a return does not count.
         let early = shader("early(1u);");
         assert!(early > inner && early < inner + 5, "{early}, {inner}");
     }
@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(more % (IN_INNER_LOOPS - 1), 0);
         let within = more / (IN_INNER_LOOPS - 1);
         assert!(within + 2 > inner && within < once, "{within} of {once} lie in the inner loop");
-        // The loops of a template around a decoder are none of its own.
+        // Loops of a template around a decoder do not count as the decoder's.
         let around = "for (var i = 0u; i < 9u; i++) { once(i); }";
         assert_eq!(length(around, &["once"]), length(around, &[]));
     }

@@ -1,7 +1,7 @@
-//! The contract of a codec's text, snippet or pass, proven.
+//! Checks the contract of a codec's text: snippet or pass.
 //!
-//! What it may declare is read off its own tokens, since naga's module keeps no aliases and merges equal types.
-//! What its functions are and do is read off naga's IR, between parsing and validation: later, an error would
+//! Declarations are read from the text's own tokens, because naga's module has no aliases and merges equal types.
+//! Signatures and bodies are read from naga's IR, between parsing and validation. After validation, an error would
 //! point at the template that calls the snippet.
 
 use naga::{AddressSpace, Expression, Function, MathFunction, ScalarKind, TypeInner, VectorSize};
@@ -15,9 +15,9 @@ use crate::diagnostic::{Diagnostic, Place, SourceText};
 const FETCH: &str = "(p: vec3<i32>) -> vec4<f32>";
 /// Signature of `<id>_fetch_cell`.
 const FETCH_CELL: &str = "(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8>";
-/// Invocations of a workgroup along x, y and z, and of the whole workgroup: what every WebGPU device offers.
+/// Largest number of invocations of a workgroup along x, y and z, and in all. Every WebGPU device offers them.
 const WORKGROUP: ([u32; 3], u32) = ([256, 256, 64], 256);
-/// Bytes of a workgroup's variables: what every WebGPU device offers.
+/// Largest number of bytes of a workgroup's variables. Every WebGPU device offers them.
 const WORKGROUP_BYTES: u32 = 16 << 10;
 
 /// A codec's text under test.
@@ -28,7 +28,7 @@ pub struct Snippet<'a> {
     pub role: Role<'a>,
 }
 
-/// What the text is for.
+/// The role of a text.
 #[derive(Copy, Clone)]
 pub enum Role<'a> {
     /// It decodes a voxel.
@@ -57,8 +57,8 @@ impl Snippet<'_> {
     }
 }
 
-/// Module-scope declarations: names under the codec's prefix, no variables, no attributes, no directives. A pass has an
-/// entry point and variables of its workgroup.
+/// Checks declarations at module scope: names with the codec's prefix; no variables, attributes or directives. A pass
+/// may have an entry point and workgroup variables.
 pub fn declarations(snippet: &Snippet<'_>) -> Result<(), ShaderError> {
     let prefix = format!("{}_", snippet.codec);
     let (noun, pass) = (snippet.noun(), matches!(snippet.role, Role::Pass { .. }));
@@ -77,8 +77,8 @@ pub fn declarations(snippet: &Snippet<'_>) -> Result<(), ShaderError> {
             "{" => depth += 1,
             "}" => depth = depth.saturating_sub(1),
             "@" => {
-                // Attributes on members and parameters are harmless; on declarations they make bindings and
-                // entry points.
+                // Attributes on members and parameters are harmless. On declarations they make bindings and entry
+                // points.
                 let name = tokens.peek().map_or("", |t| t.1);
                 let refused = match name {
                     "group" | "binding" | "vertex" | "fragment" => true,
@@ -140,7 +140,7 @@ pub fn declarations(snippet: &Snippet<'_>) -> Result<(), ShaderError> {
             _ => {}
         }
     }
-    // Before naga sees the text: it would blame the template that calls what is missing.
+    // Before naga parses the text: it would blame the template that calls the missing function.
     let wanted = match snippet.role {
         Role::Voxel { cell } => {
             let fetch_cell = cell.then(|| (format!("{prefix}fetch_cell"), FETCH_CELL));
@@ -160,7 +160,7 @@ pub fn declarations(snippet: &Snippet<'_>) -> Result<(), ShaderError> {
     Ok(())
 }
 
-/// Signatures, no bindings read directly, no built-ins whose precision the contract does not allow.
+/// Checks signatures. Bindings must not be read directly. Built-ins must have the precision that the contract requires.
 pub fn contract(
     snippet: &Snippet<'_>,
     module: &naga::Module,
@@ -190,7 +190,7 @@ pub fn contract(
         }
         for (handle, expression) in function.expressions.iter() {
             let problem = match expression {
-                // Of a workgroup's own there are only those that `declarations` has let pass.
+                // [`declarations`] let only workgroup variables pass.
                 Expression::GlobalVariable(variable)
                     if module.global_variables[*variable].space != AddressSpace::WorkGroup =>
                 {
@@ -246,7 +246,7 @@ fn workgroup(snippet: &Snippet<'_>, module: &naga::Module, entry: &str) -> Resul
     }
     let variables = module.global_variables.iter().map(|(_, v)| v);
     let of_workgroup = variables.filter(|v| v.space == AddressSpace::WorkGroup);
-    // None is what no type may have.
+    // No type has the size `None`.
     let size = |v: &naga::GlobalVariable| module.types[v.ty].inner.try_size(module.to_ctx());
     let bytes: u64 = of_workgroup.map(|v| u64::from(size(v).unwrap_or(u32::MAX))).sum();
     if bytes > u64::from(WORKGROUP_BYTES) {

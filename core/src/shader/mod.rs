@@ -1,8 +1,8 @@
 //! The shader generator: splices a codec's snippet into a renderer's template.
 //!
-//! Module scope in WGSL has no order, so that splicing is concatenation. The generator writes constants,
-//! bindings and accessors, parses the whole with naga, holds the snippet to its contract, validates, and maps
-//! every error back to the author's own file and line.
+//! Module scope in WGSL has no order, so texts can be concatenated. The generator writes constants, bindings and
+//! accessors, parses the result with naga, checks the snippet's contract, validates, and maps every error to the
+//! author's own file and line.
 
 mod accessors;
 mod deferred;

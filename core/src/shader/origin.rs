@@ -1,4 +1,4 @@
-//! Where each part of a generated shader comes from, and errors that say so.
+//! The origin of each part of a generated shader, and errors that name it.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use super::ShaderError;
 use super::resolve::shared_modules;
 use crate::diagnostic::{Diagnostic, Place, SourceText};
 
-/// Who wrote a part of a shader.
+/// The author of a part of a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// A file: a template, or a codec's snippet.
@@ -27,7 +27,7 @@ pub enum Origin {
     },
 }
 
-/// A part of the generated text that was copied whole from one origin.
+/// A part of the generated text, copied from one origin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Segment {
     /// Bytes in the generated text.
@@ -40,7 +40,7 @@ pub struct Segment {
 pub struct Mapped<'a> {
     pub wgsl: &'a str,
     pub segments: &'a [Segment],
-    /// What the generator declares for the snippet, in words.
+    /// A list of the generator's declarations for the snippet.
     pub provided: &'a str,
 }
 
@@ -52,7 +52,7 @@ impl Mapped<'_> {
         snippet.then(|| local(segment, range))
     }
 
-    /// What naga's parser found, at the author's own place.
+    /// An error of naga's parser, at the author's own place.
     pub fn parse_error(&self, error: &ParseError) -> ShaderError {
         let labels =
             error.labels().map(|(span, text)| (span.to_range(), text.to_owned())).collect::<Vec<_>>();
@@ -67,11 +67,11 @@ impl Mapped<'_> {
         self.report(error.message(), labels, notes)
     }
 
-    /// What naga's validator found. Its messages are terse, so that the chain of causes stands below.
+    /// An error of naga's validator. Its messages are terse, so the chain of causes follows.
     pub fn validation_error(&self, error: &WithSpan<ValidationError>) -> ShaderError {
         let mut labels =
             error.spans().map(|(span, text)| (span.to_range(), text.clone())).collect::<Vec<_>>();
-        // The narrowest place is where the author has to look; naga begins with the whole function.
+        // The narrowest place helps the author most. naga lists the whole function first.
         labels.sort_by_key(|(range, _)| range.as_ref().map_or(usize::MAX, ExactSizeIterator::len));
         let mut notes = Vec::new();
         let mut cause = std::error::Error::source(error.as_inner());
@@ -117,7 +117,7 @@ impl Mapped<'_> {
     }
 }
 
-/// What a renderer's author can do about a name that no module declares.
+/// Advice for the renderer's author about a name that no module declares.
 fn missing(name: &str) -> String {
     let files: Vec<_> = shared_modules(name).iter().map(|(_, template, _)| template.file).collect();
     match files[..] {
@@ -126,7 +126,7 @@ fn missing(name: &str) -> String {
     }
 }
 
-/// A range of the generated text, in the text of a segment that it begins in.
+/// A range of the generated text, converted to the text of the segment in which it begins.
 fn local(segment: &Segment, range: Range<usize>) -> Range<usize> {
     let base = segment.range.start;
     range.start - base..range.end.min(segment.range.end) - base

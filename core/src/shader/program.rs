@@ -1,4 +1,4 @@
-//! What the modules of a shader are, and what they read and write beside voxels.
+//! The modules of a shader, and their variables.
 
 use cvr_shaders::Template;
 
@@ -9,7 +9,7 @@ pub enum Module {
     File(Template),
     /// Text that is made for a view.
     Generated {
-        /// What for; its origin comment says so.
+        /// Purpose, for the origin comment.
         purpose: &'static str,
         /// The text.
         source: String,
@@ -17,7 +17,7 @@ pub enum Module {
 }
 
 impl Module {
-    /// The file, or what the text is for.
+    /// The file, or the purpose of the text.
     #[must_use]
     pub const fn name(&self) -> &str {
         match self {
@@ -42,10 +42,10 @@ impl From<Template> for Module {
     }
 }
 
-/// A name that modules use and the generator declares, where one of them uses it.
+/// A variable that modules use. The generator declares it if a module uses it.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Variable {
-    /// `inputs.<name>`: a struct that a module declares. All uniforms of a shader lie in one buffer.
+    /// `inputs.<name>`: a struct that a module declares. One buffer holds all uniforms of a shader.
     Uniform {
         /// Name.
         name: &'static str,
@@ -61,7 +61,7 @@ pub enum Variable {
         /// Whether the shader writes it.
         written: bool,
     },
-    /// A 2-D texture of four numbers a texel in single precision, read by `textureLoad`.
+    /// A 2-D texture with four single-precision numbers per texel, read by `textureLoad`.
     Table {
         /// Name.
         name: &'static str,
@@ -92,23 +92,23 @@ impl Variable {
     }
 }
 
-/// A shader but for its voxels: what a template, or a renderer for a view, asks of the generator. Equal programs over equal
-/// sources are equal shaders.
+/// A shader without its voxel source: the request of a template, or of a renderer for a view. Equal programs with equal
+/// sources give equal shaders.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Program {
-    /// Modules that stand in the text.
+    /// Modules that are always part of the text.
     pub modules: Vec<Module>,
-    /// Modules that stand in it where something uses what they declare. Shared modules ([`cvr_shaders::ALL`]) that are the
-    /// only ones to declare a name need no mention.
+    /// Modules that are included if the shader uses their declarations. Shared modules ([`cvr_shaders::ALL`]) need not
+    /// be listed if no other module declares the same name.
     pub offered: Vec<Module>,
     /// Entry point, which a module declares.
     pub entry: &'static str,
-    /// What modules may use; what none of them does is not declared.
+    /// Variables that modules may use. Unused ones are not declared.
     pub variables: Vec<Variable>,
 }
 
 impl Program {
-    /// The program of a template that dumps voxels ([`cvr_shaders::DUMP`] or one like it).
+    /// The program of a template that dumps voxels (such as [`cvr_shaders::DUMP`]).
     #[must_use]
     pub fn dump(template: Template) -> Self {
         Self {

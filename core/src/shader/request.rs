@@ -1,22 +1,22 @@
-//! What the generator is asked, and what it answers.
+//! Input and output of the generator.
 
 use super::{Form, Program, Segment};
 use crate::codec::{Constant, DecodedForm, Resource, WgslModule};
 use crate::render::{Filter, Template};
 use crate::volume::{Axis, FrameIndex, Level, VolumeLayout};
 
-/// What a shader is to be made of.
+/// The parts of a shader to generate.
 #[derive(Clone, Debug)]
 pub struct Request<'a> {
-    /// The shader but for its voxels.
+    /// The shader without its voxel source.
     pub program: &'a Program,
     /// Shape of the volume.
     pub layout: &'a VolumeLayout,
     /// Where voxels come from.
     pub source: Source<'a>,
-    /// How values between voxels come about; `None` for a template that only fetches voxels.
+    /// How values between voxel centres are computed. `None` for a template that only fetches voxels.
     pub filter: Option<Filter>,
-    /// What the device can bind.
+    /// Limits of the device's bindings.
     pub limits: BindingLimits,
 }
 
@@ -36,14 +36,14 @@ pub enum Source<'a> {
         /// Resolution and stages to decode.
         level: Level,
     },
-    /// Rebuilt before by a codec's own passes, in a scratch buffer of theirs.
+    /// A frame that the codec's own passes have rebuilt in one of their scratch buffers.
     Frame {
         /// Index of the buffer among the scratch buffers.
         buffer: usize,
         /// Its words.
         words: u64,
     },
-    /// Decoded before, layer by layer, into a 3-D texture of four layers ([`crate::render::LayerStep`]).
+    /// Layers decoded before, in a 3-D texture of four layers ([`crate::render::LayerStep`]).
     Ring {
         /// Texel format, scale and offset.
         form: DecodedForm,
@@ -52,9 +52,9 @@ pub enum Source<'a> {
         /// What layers lie across.
         axis: Axis,
     },
-    /// Held in buffers of words, from which modules of the holder's own fetch voxels.
+    /// Buffers of words. Modules of the source itself fetch voxels from them.
     Buffers {
-        /// What the names of constants and accessors begin with.
+        /// Prefix of constants and accessors.
         name: &'a str,
         /// The modules. One of them declares `voxel_fetch(p: vec3<i32>) -> Voxel`.
         modules: &'a [Template],
@@ -69,7 +69,7 @@ pub enum Source<'a> {
         form: DecodedForm,
         /// Who filters.
         sampling: TextureSampling,
-        /// Texels along each axis, where they are more than voxels: a format of blocks holds whole ones.
+        /// Texels along each axis, if they are more than the voxels: block formats hold whole blocks.
         padded: Option<[u32; 3]>,
     },
 }
@@ -93,14 +93,14 @@ pub struct ResourceSize {
 }
 
 impl ResourceSize {
-    /// That of a codec's buffer.
+    /// The size of a codec's buffer.
     #[must_use]
     pub fn of(resource: &Resource<'_>) -> Self {
         Self { name: resource.name, words: resource.words.len() as u64 }
     }
 }
 
-/// What a device can bind.
+/// The number and size of buffers that a device can bind.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct BindingLimits {
     /// Words in one storage binding; a larger buffer is split over several.
@@ -110,16 +110,16 @@ pub struct BindingLimits {
 }
 
 impl Default for BindingLimits {
-    /// What every WebGPU device offers.
+    /// The limits that every WebGPU device offers.
     fn default() -> Self {
         Self { storage_words: (128 << 20) / 4, storage_buffers: 8 }
     }
 }
 
-/// What a binding holds.
+/// Content of a binding.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum BindingKind {
-    /// The struct `inputs` of all uniforms.
+    /// The struct `inputs` with all uniforms.
     Uniforms(Vec<UniformMember>),
     /// A storage buffer of the program.
     Storage {
@@ -128,7 +128,7 @@ pub enum BindingKind {
         /// Whether it is bound to be written.
         written: bool,
     },
-    /// A 2-D texture of the program, in single precision.
+    /// A single-precision 2-D texture of the program.
     Table {
         /// Its name.
         name: &'static str,
@@ -162,7 +162,7 @@ pub enum BindingKind {
     },
     /// Clamping linear sampler for the volume texture.
     VolumeSampler,
-    /// The same for a ring of layers, which it repeats along the texture's third axis.
+    /// The same for a ring of layers. The sampler repeats along the texture's third axis.
     RingSampler,
 }
 
@@ -181,7 +181,7 @@ impl BindingKind {
     }
 }
 
-/// A uniform in the buffer of all.
+/// A uniform inside the shared buffer.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub struct UniformMember {
     /// Name.
@@ -199,7 +199,7 @@ pub struct Binding {
     pub group: u32,
     /// `@binding`.
     pub binding: u32,
-    /// What it holds.
+    /// Its content.
     pub kind: BindingKind,
 }
 
@@ -208,20 +208,20 @@ pub struct Binding {
 pub struct GeneratedShader {
     /// The whole text, each part under a comment that names its origin.
     pub wgsl: String,
-    /// Where each part of the text comes from.
+    /// The origin of each part of the text.
     pub segments: Vec<Segment>,
-    /// Its bindings in order of group and number.
+    /// Its bindings, ordered by group and number.
     pub bindings: Vec<Binding>,
     /// Entry point.
     pub entry: String,
-    /// How often the voxel source stands in the text once calls are replaced by what they call.
+    /// Number of copies of the voxel source after calls are inlined.
     pub form: Form,
-    /// Statements and expressions that are left of the text then, those in inner loops of the decoder counted eightfold: what it
-    /// takes a software rasteriser to compile.
+    /// Number of statements and expressions after calls are inlined. Those in inner loops of the decoder count
+    /// eightfold. It estimates the compile time of a software rasteriser.
     pub inlined_operations: u64,
 }
 
-/// The text of a shader before it is proven, with its bindings. Equal drafts make equal shaders.
+/// The text of a shader before validation, with its bindings. Equal drafts give equal shaders.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Draft {
     pub(super) wgsl: String,

@@ -1,4 +1,4 @@
-//! The modules and variables that a program needs, found by the names that texts declare and use.
+//! The modules and variables that a program needs. They are found by the names that texts declare and use.
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, VecDeque};
@@ -9,16 +9,16 @@ use cvr_shaders::Template;
 use super::tokens::{Names, names};
 use super::{Form, Module, Program, ShaderError, Variable};
 
-/// What a program needs, and no more.
+/// The needs of a program.
 pub struct Resolved {
-    /// Shared modules in the order of their table, then what else was offered, then the program's own.
+    /// Shared modules in the order of their table, then offered modules, then the program's own.
     pub modules: Vec<Module>,
     /// In the order of the program.
     pub variables: Vec<Variable>,
 }
 
 impl Resolved {
-    /// Whether a module speaks of something; `function(` is a call or a declaration.
+    /// Whether a module contains `text`. `function(` matches a call or a declaration.
     pub fn mentions(&self, text: &str) -> bool {
         self.modules.iter().any(|module| module.source().contains(text))
     }
@@ -26,8 +26,7 @@ impl Resolved {
 
 /// The modules and variables of a program in one of its forms.
 ///
-/// A name that no module declares may still come from the voxels' side of the text, so that only the parser knows what is
-/// missing.
+/// The voxel source may still declare a name that no module declares. So only the parser knows which names are missing.
 ///
 /// # Errors
 /// When two of the offered modules declare a name that is used.
@@ -74,7 +73,7 @@ pub fn resolve(program: &Program, form: Form) -> Result<Resolved, ShaderError> {
     Ok(Resolved { modules, variables })
 }
 
-/// What is declared so far, and what is still to be found.
+/// The declarations found so far, and the names still to find.
 struct Needs<'p> {
     program: &'p Program,
     declared: BTreeSet<String>,
@@ -168,7 +167,7 @@ mod tests {
         assert_eq!(names_of(&program)[..3], files);
     }
 
-    /// Names of parameters, members and locals are no needs.
+    /// Names of parameters, members and locals are not needs.
     #[test]
     fn only_what_is_not_the_modules_own_is_needed() {
         let text = "

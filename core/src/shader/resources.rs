@@ -6,9 +6,9 @@ use super::tokens::mentions;
 use crate::codec::{DecodeError, Decoder, References, Resource, ShaderDecode};
 use crate::volume::{FrameIndex, Level};
 
-/// All buffers that a snippet reads to decode a frame at a level: the codec's own, and those of what the frame is predicted
-/// from ([`References::resources`]). One text serves all frames of a stream: where it asks for a reference that its frame
-/// does not have, an empty buffer stands in, which it does not read.
+/// All buffers that a snippet reads to decode a frame at a level: the codec's own, and those of the frame's references
+/// ([`References::resources`]). One text serves all frames of a stream. A frame that lacks a reference of the text gets
+/// an empty buffer, which it does not read.
 ///
 /// # Errors
 /// As [`ShaderDecode::resources`] and [`Decoder::references`].

@@ -36,7 +36,7 @@ fn every(points: u32) -> String {
     text
 }
 
-/// Nodes lie level by level. Five follow on each, and what follows the last level are the segments.
+/// Nodes are stored level by level. Each has five children. The children of the last level are the segments.
 fn tree(levels: u32) -> String {
     let mut text = "fn transfer_segment(value: f32) -> Segment {\n".to_owned();
     let _ = writeln!(text, "    var at = keys_passed(value, transfer_texel(0u, 0u));");

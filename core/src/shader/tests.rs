@@ -39,7 +39,7 @@ fn inline(
     })
 }
 
-/// A renderer of a few lines: the first sample of a ray.
+/// A small renderer: it shows the first sample of a ray.
 const FIRST_SAMPLE: Template = Template {
     file: "shaders/first/first.wgsl",
     source: "\
@@ -50,7 +50,7 @@ fn gather(so_far: vec4<f32>, x: vec3<f32>, direction: vec3<f32>, piece: f32) -> 
 ",
 };
 
-/// A picture of it, unlit and whole.
+/// A picture by that renderer, unlit and without a clip box.
 fn picture() -> Program {
     let function = transfer_segments(SegmentSearch::Every { points: 2 });
     let offered = [
@@ -152,7 +152,7 @@ fn a_wrong_signature_is_shown_with_the_contract() {
     let broken = SNIPPET
         .replace("-> vec4<f32> {", "-> f32 {")
         .replace("vec4<f32>(f32(toy_data(i)), 0.0, 0.0, 0.0)", "1.0");
-    // The text must still parse for the lint to speak, as it does when nothing calls the function.
+    // The text must still parse, else the lint does not run. Here nothing calls the function.
     let error = dump(&broken).unwrap_err();
     insta::assert_snapshot!(error);
 }
@@ -197,7 +197,7 @@ fn everything_else_that_breaks_the_contract_is_refused() {
         assert!(error.contains(expected), "{line}\n{error}");
         assert!(error.contains("toy/decode.wgsl:5:"), "wrong place:\n{error}");
     }
-    // A comment that mentions what is forbidden harms nothing.
+    // A comment may mention forbidden words.
     dump(&format!("// @group pow\n/* var<private> x */\n{SNIPPET}")).unwrap();
 }
 
@@ -248,7 +248,7 @@ fn places_in_layers_follow_their_axis() {
     assert_eq!(Axis::ALL.map(place), ["zxy", "xzy", "xyz"]);
 }
 
-/// Slots of a ring are read by the texture unit or by single texels, and only by what the filter needs.
+/// Ring slots are read by the texture unit or by single texels. Only the accessors that the filter needs are written.
 #[test]
 fn a_ring_is_sampled_around_its_third_axis() {
     let form = DecodedForm::FLOAT32;
@@ -279,7 +279,7 @@ fn a_ring_is_sampled_around_its_third_axis() {
     assert!(make(TextureSampling::Hardware, Filter::OptimisedLinear, Axis::Z).is_err());
 }
 
-/// What holds a volume in buffers brings modules of its own, and nothing else reads voxels.
+/// A source of buffers brings its own modules, and only they read voxels.
 #[test]
 fn modules_fetch_voxels_from_buffers_of_their_own() {
     let picture = picture();

@@ -1,4 +1,4 @@
-//! The text of a shader while it grows, and the parts that the generator writes itself.
+//! The growing text of a shader, and the parts that the generator writes itself.
 
 use std::fmt::Write as _;
 
@@ -36,7 +36,7 @@ impl Text {
         }
     }
 
-    /// Appends text of the generator's own, if there is any.
+    /// Appends text of the generator, unless it is empty.
     pub fn generated(&mut self, purpose: &str, source: &str) {
         if !source.is_empty() {
             self.part(
@@ -51,7 +51,7 @@ impl Text {
         if !self.wgsl.is_empty() {
             self.wgsl.push('\n');
         }
-        // A title may come from a plugin: it must not break out of its comment.
+        // A plugin may have chosen the title. It must not end its comment.
         let title: String = title.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
         let _ = writeln!(self.wgsl, "// ==== {title}");
         let start = self.wgsl.len();
@@ -99,7 +99,7 @@ pub fn codec_constants(codec: &str, constants: &[Constant]) -> Result<String, Sh
     Ok(text)
 }
 
-/// What a snippet may ask about the frame and level that it decodes; only what it asks is written.
+/// Functions about the frame and level that a snippet may call. Only those that it calls are written.
 pub fn level_accessors(codec: &str, snippet: &str, frame: FrameIndex, level: Level) -> String {
     let values = [
         ("frame", frame.0),
@@ -129,11 +129,11 @@ pub fn variables(variables: &[Variable]) -> (String, Vec<Binding>) {
     if !uniforms.is_empty() {
         text.push_str("struct Inputs {\n");
         for (name, wgsl_type) in &uniforms {
-            // As the uniform address space demands of structs within structs.
+            // The uniform address space requires this for nested structs.
             let _ = writeln!(text, "    @align(16) {name}: {wgsl_type},");
         }
         text.push_str("}\n@group(0) @binding(0) var<uniform> inputs: Inputs;\n");
-        // Where members lie is read off the parsed text.
+        // The offsets of members are read from the parsed text later.
         let members = uniforms.iter().map(|&(name, _)| UniformMember { name, offset: 0, bytes: 0 });
         bindings.push(Binding { group: 0, binding: 0, kind: BindingKind::Uniforms(members.collect()) });
     }
@@ -158,7 +158,7 @@ pub fn variables(variables: &[Variable]) -> (String, Vec<Binding>) {
     (text, bindings)
 }
 
-/// Bindings of the decoded volume's texture, in group 1; with a sampler where the texture unit filters.
+/// Bindings of the decoded volume's texture, in group 1, with a sampler for hardware filtering.
 pub fn texture_bindings(sampler: Option<BindingKind>) -> (String, Vec<Binding>) {
     let mut text = "@group(1) @binding(0) var volume_texture: texture_3d<f32>;\n".to_owned();
     let texture = BindingKind::VolumeTexture { filterable: sampler.is_some() };
@@ -170,7 +170,7 @@ pub fn texture_bindings(sampler: Option<BindingKind>) -> (String, Vec<Binding>) 
     (text, bindings)
 }
 
-/// Places in layers across an axis: along rows, across rows, and the layer. Each function only where something calls it.
+/// Positions in layers across an axis: along rows, across rows, and the layer. Only called functions are written.
 pub fn layer_places(axis: Axis, calls: impl Fn(&str) -> bool) -> String {
     let there = axis.layered(["x", "y", "z"]).concat();
     let back = axis.unlayered(["x", "y", "z"]).concat();
@@ -188,12 +188,12 @@ pub fn layer_places(axis: Axis, calls: impl Fn(&str) -> bool) -> String {
     text
 }
 
-/// The size of the ring, and places in its layers.
+/// The size of the ring, and positions in its layers.
 pub fn ring(axis: Axis, calls: impl Fn(&str) -> bool) -> String {
     format!("const ring_layers: i32 = {RING_LAYERS};\n{}", layer_places(axis, calls))
 }
 
-/// `voxel_fetch` and `voxel_cell` over a codec's snippet, each where something calls it.
+/// `voxel_fetch` and `voxel_cell` over a codec's snippet. Only called functions are written.
 pub fn inline_source(codec: &str, fetch: bool, cell: bool) -> String {
     let mut text = String::new();
     if fetch {

@@ -1,9 +1,9 @@
-//! Words and braces of a WGSL text: enough to know what stands at module scope.
+//! Words and braces of a WGSL text: enough to find the declarations at module scope.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// The names that a text declares at module scope, and the names that it uses of others.
+/// The names that a text declares at module scope, and the foreign names that it uses.
 #[derive(Clone, Debug, Default)]
 pub struct Names<'a> {
     pub declares: BTreeSet<&'a str>,
@@ -12,7 +12,7 @@ pub struct Names<'a> {
     pub inputs: BTreeSet<&'a str>,
 }
 
-/// What a text declares and uses. Names of members, parameters and local variables are neither.
+/// The names that a text declares and uses. Members, parameters and local variables are neither.
 pub fn names(source: &str) -> Names<'_> {
     let bytes = source.as_bytes();
     let before = |at: usize| bytes[..at].iter().rev().find(|b| !b.is_ascii_whitespace()).copied();
@@ -46,7 +46,7 @@ pub fn names(source: &str) -> Names<'_> {
     Names { declares, uses, inputs }
 }
 
-/// Names and places of the functions that a text declares at module scope.
+/// Position and name of each function that a text declares at module scope.
 pub fn declared_functions(source: &str) -> Vec<(Range<usize>, &str)> {
     let mut functions = Vec::new();
     let mut depth = 0_usize;
@@ -62,7 +62,7 @@ pub fn declared_functions(source: &str) -> Vec<(Range<usize>, &str)> {
     functions
 }
 
-/// Whether a text speaks of this name.
+/// Whether a text contains this name.
 pub fn mentions(source: &str, name: &str) -> bool {
     tokens(source).iter().any(|(_, token)| *token == name)
 }
@@ -106,7 +106,7 @@ fn comment(text: &[u8]) -> usize {
     text.len()
 }
 
-/// Bytes of identifiers; every byte of a multi-byte character counts as one.
+/// Whether a byte belongs to an identifier. All bytes of a multi-byte character do.
 const fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || byte == b'_' || byte >= 0x80
 }

@@ -12,7 +12,7 @@ use crate::container::EncodedVolume;
 use crate::metrics::VolumeError;
 use crate::volume::{BrickKey, BrickSource as _, FiniteVolume, FrameIndex, Level, Region};
 
-/// What came of one volume.
+/// Results of one volume.
 #[derive(Clone, Debug)]
 pub struct Trial {
     /// Whether the codec kept its word.
@@ -21,7 +21,7 @@ pub struct Trial {
     pub file_bytes: Option<u64>,
     /// The bound that the encoder stated.
     pub error_bound: Option<f64>,
-    /// What the encoder remarked.
+    /// Notes of the encoder.
     pub notes: Vec<String>,
     /// The decoded frames; none where a sample is not a number, or nothing was decoded.
     pub frames: Vec<Vec<f32>>,
@@ -97,7 +97,7 @@ impl Trial {
         })
     }
 
-    /// The trivial codec of the same rate; `None` where there is no file.
+    /// The trivial codec at the same rate. `None` if there is no file.
     #[must_use]
     pub fn trivial(&self, volume: &FiniteVolume) -> Option<Trivial> {
         self.file_bytes.map(|bytes| Trivial::of_rate(volume, bytes))
@@ -120,7 +120,7 @@ impl Trial {
     }
 }
 
-/// What a sample beyond a stated bound says. Integers are rounded first, as the bound has it.
+/// A message about a sample outside the stated error bound. Integers are rounded first, as the bound requires.
 fn beyond(volume: &FiniteVolume, frames: &[Vec<f32>], bound: f64) -> Option<String> {
     let integer = volume.layout().sample.is_integer();
     let worst = frames.iter().zip(0..).map(|(decoded, frame)| {
@@ -135,7 +135,7 @@ fn beyond(volume: &FiniteVolume, frames: &[Vec<f32>], bound: f64) -> Option<Stri
     (worst > bound).then(|| format!("a voxel is off by {worst}, promised {bound}"))
 }
 
-/// What a sample outside of a stated range says.
+/// A message about a sample outside a stated range.
 fn outside(decoder: &dyn Decoder, frames: &[Vec<f32>]) -> Option<String> {
     let region = Region::whole(decoder.layout().extent);
     frames.iter().zip(0..).find_map(|(values, frame)| {

@@ -18,7 +18,7 @@ pub struct Trivial {
     pub grid: Extent,
     /// Bytes of its file.
     pub file_bytes: u64,
-    /// What it decodes to, frame by frame: x fastest, channels interleaved.
+    /// Its decoded values, frame by frame: x fastest, channels interleaved.
     pub frames: Vec<Vec<f32>>,
 }
 
@@ -51,10 +51,10 @@ fn bytes_of(layout: &VolumeLayout, grid: Extent) -> u64 {
     raw_bytes(&VolumeLayout { extent: grid, ..layout.clone() })
 }
 
-/// The finest grid whose file has at most so many bytes.
+/// The finest grid whose file has at most `bytes` bytes.
 fn finest_grid(layout: &VolumeLayout, file_bytes: u64) -> Extent {
     let size = layout.extent.to_array();
-    // The grid changes with `f` only where an axis comes to a whole number of means: at f = N / n.
+    // The grid changes with `f` only if an axis reaches a whole number of means: at f = N / n.
     let mut factors: Vec<f64> =
         size.iter().flat_map(|&n| (1..=n).map(move |k| f64::from(n) / f64::from(k))).collect();
     factors.sort_by(f64::total_cmp);
@@ -95,7 +95,7 @@ fn frame_through(volume: &FiniteVolume, frame: FrameIndex, grid: Extent) -> Vec<
     out
 }
 
-/// Of every sample to be made, the samples it is made of and their weights.
+/// For every sample to be made: the source samples and their weights.
 type Weights = Vec<Vec<(usize, f64)>>;
 
 /// Means over `to` equal pieces of `from` samples.
@@ -124,7 +124,7 @@ fn linear_weights(from: usize, to: usize) -> Weights {
     (0..to).map(of).collect()
 }
 
-/// Samples made anew along one axis.
+/// Resamples along one axis.
 fn resampled(values: &[f64], size: &mut [usize; 3], axis: usize, weights: &Weights) -> Vec<f64> {
     let stride: usize = size[..axis].iter().product();
     let (old, new) = (size[axis], weights.len());

@@ -91,7 +91,7 @@ pub enum Word {
     Broken(String),
 }
 
-/// What is known of the voxels of one codec at one step. Errors are root mean squares in data units.
+/// Measurements of the voxels of one codec at one dial step. Errors are root mean squares in data units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observed {
     /// What became of its promises.
@@ -100,7 +100,7 @@ pub struct Observed {
     pub larger_than_raw: bool,
     /// Error of the decoded voxels.
     pub voxels: f64,
-    /// That of the trivial codec.
+    /// The error of the trivial codec.
     pub trivial_voxels: f64,
     /// Errors up to this count as none: one unit in the last place of the largest magnitude.
     pub voxel_floor: f64,

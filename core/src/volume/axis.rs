@@ -21,8 +21,8 @@ impl Axis {
         self as usize
     }
 
-    /// The components of x, y, z by layers across this axis: along the rows of a layer, across its rows, and from layer
-    /// to layer.
+    /// The components of x, y, z in the order of layers across this axis: along the rows of a layer, across its rows,
+    /// and from layer to layer.
     #[must_use]
     pub fn layered<T>(self, [x, y, z]: [T; 3]) -> [T; 3] {
         match self {
@@ -32,7 +32,7 @@ impl Axis {
         }
     }
 
-    /// The inverse of [`Axis::layered`]: x, y, z of the components by layers.
+    /// The inverse of [`Axis::layered`]: from the order of layers back to x, y, z.
     #[must_use]
     pub fn unlayered<T>(self, [along, across, layer]: [T; 3]) -> [T; 3] {
         match self {

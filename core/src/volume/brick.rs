@@ -1,8 +1,8 @@
-//! Boxes of voxels and the key by which a decoder is asked for one.
+//! Boxes of voxels, and the key of a brick.
 
 use super::{Extent, FrameIndex, Level};
 
-/// A box of voxels: `origin` inclusive, `extent` voxels along each axis.
+/// A box of voxels: from `origin` (inclusive), `extent` voxels along each axis.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Region {
     /// Lowest voxel of the box.
@@ -33,7 +33,7 @@ impl Region {
         })
     }
 
-    /// Box number `index` of the boxes of size `block` that cover `extent`, cut at its faces.
+    /// Block number `index` of the blocks of size `block` that cover `extent`, cut at its faces.
     #[must_use]
     pub fn block(index: [u32; 3], block: Extent, extent: Extent) -> Self {
         let (block, whole) = (block.to_array(), extent.to_array());
@@ -41,7 +41,7 @@ impl Region {
         Self::between(origin, std::array::from_fn(|a| (origin[a] + block[a]).min(whole[a])))
     }
 
-    /// The box and its neighbours up to `apron` voxels away, as far as they lie inside a volume of size `extent`.
+    /// The box extended by up to `apron` voxels on each side, cut to a volume of size `extent`.
     #[must_use]
     pub fn with_apron(self, apron: u32, extent: Extent) -> Self {
         let (size, whole) = (self.extent.to_array(), extent.to_array());
@@ -49,14 +49,14 @@ impl Region {
         Self::between(self.origin.map(|o| o.saturating_sub(apron)), end)
     }
 
-    /// From `origin` to before `end`, which is above it along every axis.
+    /// The box from `origin` to `end` (exclusive). `end` is greater along every axis.
     fn between(origin: [u32; 3], end: [u32; 3]) -> Self {
         let size: [u32; 3] = std::array::from_fn(|a| end[a].saturating_sub(origin[a]).max(1));
         Self { origin, extent: Extent::try_from(size).unwrap_or(Extent::ONE) }
     }
 
-    /// Rows along x, in memory order: the volume position of each row's first voxel. The `n`-th row fills
-    /// `extent.x()` voxels of the output from `n * extent.x()` on.
+    /// Rows along x, in memory order: the volume position of each row's first voxel. Row `n` starts at voxel `n *
+    /// extent.x()` of the output.
     pub fn rows(self) -> impl Iterator<Item = [u32; 3]> {
         let [x, y, z] = self.origin;
         (z..z + self.extent.z()).flat_map(move |z| (y..y + self.extent.y()).map(move |y| [x, y, z]))
@@ -69,7 +69,7 @@ impl Region {
     }
 }
 
-/// What to decode: a box of one frame at one level. `region` counts voxels of that level's resolution.
+/// A request to a decoder: one box of one frame at one level. `region` counts voxels of that level's resolution.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub struct BrickKey {
     /// Frame (time step).

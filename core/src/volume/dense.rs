@@ -6,7 +6,7 @@ use crate::memory::Held;
 
 use super::{BrickSource, FrameIndex, Region, SampleType, SourceError, ValueRange, VolumeLayout};
 
-/// Samples in their own number type, x fastest, channels interleaved, frames one after the other.
+/// Samples in their own number type: x fastest, channels interleaved, frames one after another.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Samples {
@@ -22,7 +22,7 @@ pub enum Samples {
     F32(Vec<f32>),
 }
 
-/// Applies one expression to whichever vector a `Samples` holds.
+/// Applies one expression to the vector inside a `Samples`.
 macro_rules! each {
     ($samples:expr, $v:ident => $body:expr) => {
         match $samples {
@@ -66,9 +66,9 @@ impl Samples {
         each!(self, v => bytemuck::cast_slice(v))
     }
 
-    /// Builds samples from raw bytes: `big_endian` says in which order they were written.
+    /// Builds samples from raw bytes. `big_endian` is their byte order.
     ///
-    /// Returns `None` when the byte count is no multiple of the sample size.
+    /// Returns `None` if the number of bytes is not a multiple of the sample size.
     #[must_use]
     pub fn from_bytes(sample: SampleType, bytes: &[u8], big_endian: bool) -> Option<Self> {
         if !bytes.len().is_multiple_of(sample.bytes()) {
@@ -130,7 +130,7 @@ impl DenseVolume {
         &self.samples
     }
 
-    /// The samples, where they are of single precision.
+    /// The samples, if they are single precision.
     pub(super) fn single_mut(&mut self) -> Option<&mut [f32]> {
         match &mut self.samples {
             Samples::F32(values) => Some(values),
@@ -150,7 +150,7 @@ impl DenseVolume {
         each!(&self.samples, v => v[at..at + n].par_iter().map(|&s| s as f32).collect())
     }
 
-    /// Range of the finite samples; `None` when no sample is finite.
+    /// Range of the finite samples. `None` if no sample is finite.
     #[must_use]
     #[allow(clippy::unnecessary_cast, reason = "one expression serves all number types")]
     pub fn value_range(&self) -> Option<ValueRange> {

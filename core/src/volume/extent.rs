@@ -11,7 +11,7 @@ pub struct Extent {
     z: u32,
 }
 
-/// Why three numbers are no extent.
+/// Why three numbers are not an extent.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ExtentError {
     /// One axis has no voxels.
@@ -85,14 +85,14 @@ impl Extent {
         [x as u32, y as u32, z as u32]
     }
 
-    /// The extent at a resolution: each step halves every axis, and what is left over counts as a voxel.
+    /// The extent at a resolution: each step halves every axis and rounds up.
     #[must_use]
     pub fn at_resolution(self, resolution: u8) -> Self {
         let halved = |axis: u32| u64::from(axis).div_ceil(1 << resolution.min(32)) as u32;
         Self { x: halved(self.x), y: halved(self.y), z: halved(self.z) }
     }
 
-    /// How many blocks of size `block` cover this extent along each axis (edge blocks may be cut).
+    /// Number of blocks of size `block` along each axis. Cut blocks at the faces count.
     #[must_use]
     pub const fn blocks_of(self, block: Self) -> Self {
         Self { x: self.x.div_ceil(block.x), y: self.y.div_ceil(block.y), z: self.z.div_ceil(block.z) }

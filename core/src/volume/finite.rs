@@ -1,7 +1,7 @@
-//! The volume that codecs, shaders and metrics see: NaN, infinities and subnormals replaced and counted.
+//! The volume that codecs, shaders and metrics see: NaN, infinities and subnormals are replaced and counted.
 //!
-//! WGSL lets a shader assume that NaN and infinity do not occur, and flush subnormals; a value that a device
-//! may treat as it likes must not enter a comparison.
+//! WGSL allows a shader to assume that NaN and infinity do not occur, and to flush subnormals. Such a value must not
+//! enter a comparison.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +16,8 @@ pub struct Replaced {
     pub infinite: u64,
     /// Subnormals, replaced by zero.
     pub subnormal: u64,
-    /// Samples of a wider number type that single precision cannot hold, replaced by the nearest that it can. Written
-    /// only where there are any.
+    /// Samples of a wider number type that single precision cannot hold, rounded to the nearest number. Written only if
+    /// there are any.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rounded: u64,
 }
@@ -28,13 +28,13 @@ const fn is_zero(n: &u64) -> bool {
 }
 
 impl Replaced {
-    /// Samples that were no usable numbers. Rounded ones are, and are not among them.
+    /// Number of unusable samples. Rounded samples are usable and do not count.
     #[must_use]
     pub const fn total(self) -> u64 {
         self.nan + self.infinite + self.subnormal
     }
 
-    /// How many samples were no usable numbers, and what stands for them, of a volume with so many samples; `None` where all
+    /// A sentence about the unusable samples and their replacements, for a volume of `samples` samples. `None` if all
     /// were usable.
     #[must_use]
     pub fn in_words(self, samples: u64) -> Option<String> {
@@ -65,7 +65,7 @@ impl Replaced {
     }
 }
 
-/// A volume whose every sample is finite and not subnormal, with its value range.
+/// A volume with its value range. Every sample is finite and not subnormal.
 #[derive(Clone, Debug)]
 pub struct FiniteVolume {
     volume: DenseVolume,
@@ -74,13 +74,13 @@ pub struct FiniteVolume {
 }
 
 impl FiniteVolume {
-    /// Replaces what no codec may meet. A volume without one finite sample becomes all zero.
+    /// Replaces unusable samples. A volume without a finite sample becomes all zero.
     #[must_use]
     pub fn new(volume: DenseVolume) -> Self {
         Self::narrowed(volume, 0)
     }
 
-    /// The same for a volume of which the reader has rounded so many samples to single precision.
+    /// As [`FiniteVolume::new`], for a volume whose reader rounded `rounded` samples to single precision.
     #[must_use]
     pub fn narrowed(volume: DenseVolume, rounded: u64) -> Self {
         let flush = |v: f32| if v.is_subnormal() { 0.0 } else { v };

@@ -18,7 +18,7 @@ impl FrameIndex {
 pub struct VolumeLayout {
     /// Voxels along x, y, z.
     pub extent: Extent,
-    /// Distance between voxel centres along x, y, z, in the file's unit of length; positive and finite.
+    /// Distance between voxel centres along x, y, z, in the file's unit of length. Positive and finite.
     pub spacing: [f64; 3],
     /// Values per voxel: 1 (scalar) or 3 (RGB).
     pub channels: u32,
@@ -71,16 +71,16 @@ impl VolumeLayout {
         if self.frames == 0 {
             return Err(LayoutError::NoFrames);
         }
-        // No product of what a layout says then overflows 64 bits.
+        // This bound keeps all products of a layout within 64 bits.
         if u128::from(self.extent.voxels()) * u128::from(self.frames) > 1 << 40 {
             return Err(LayoutError::TooLarge { frames: self.frames, extent: self.extent });
         }
         Ok(())
     }
 
-    /// The layout at a resolution: each step halves every axis, rounded up, and doubles the spacing. Voxel `i` of a level
-    /// stands for the voxels `i · 2^r .. (i + 1) · 2^r` of the volume; at the upper faces of odd sizes for fewer, and its
-    /// centre lies at `(i + ½) · 2^r` all the same.
+    /// The layout at a resolution: each step halves every axis, rounded up, and doubles the spacing. Voxel `i` of a
+    /// level stands for the voxels `i · 2^r .. (i + 1) · 2^r` of the volume. At the upper faces of odd sizes it stands
+    /// for fewer voxels, but its centre still lies at `(i + ½) · 2^r`.
     #[must_use]
     pub fn at_resolution(&self, resolution: u8) -> Self {
         let scale = Level::scale(resolution);
@@ -112,7 +112,7 @@ impl VolumeLayout {
         self.samples() * self.sample.bytes() as u64
     }
 
-    /// Smallest spacing: the length of "one voxel" wherever a step or an opacity is given per voxel.
+    /// The smallest spacing. Steps and opacities per voxel refer to it.
     #[must_use]
     pub fn voxel_length(&self) -> f64 {
         self.spacing.iter().copied().fold(f64::INFINITY, f64::min)

@@ -1,6 +1,6 @@
 //! How much of an encoded volume is decoded.
 
-/// How much of the encoded volume to use: two independent axes.
+/// How much of an encoded volume to decode: two independent numbers.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Level {
     /// 0 = full resolution; every further step halves each axis.
@@ -12,7 +12,7 @@ pub struct Level {
 impl Level {
     /// Every refinement term that the stream holds.
     pub const ALL_STAGES: u8 = u8::MAX;
-    /// Voxels of the volume along each axis for which a voxel of this resolution stands: 2^r.
+    /// Number of voxels of the volume along each axis that one voxel of this resolution covers: 2^r.
     #[must_use]
     pub fn scale(resolution: u8) -> f64 {
         // No axis has more than 2^32 voxels.

@@ -1,7 +1,7 @@
-//! Volumes: what they measure, where their voxels come from, and which values they hold.
+//! Volumes: layouts, samples, boxes, and sources of voxels.
 //!
-//! Conventions shared by the whole workspace: x runs fastest in memory; channels of one voxel lie next to
-//! each other; values are in *data units* as `f32` (every 8- and 16-bit integer is exact).
+//! Conventions of the whole project: x is fastest in memory; channels of one voxel are adjacent; values are *data
+//! units* as `f32` (every 8- and 16-bit integer is exact).
 
 mod axis;
 mod brick;

@@ -12,7 +12,7 @@ pub struct ValueRange {
 }
 
 impl ValueRange {
-    /// Range of the finite values of an iterator; `None` when there is none.
+    /// Range of the finite values of an iterator. `None` if there are none.
     pub fn of(values: impl IntoIterator<Item = f32>) -> Option<Self> {
         values.into_iter().filter(|v| v.is_finite()).fold(None, |range: Option<Self>, v| {
             Some(range.map_or(Self { min: v, max: v }, |r| Self { min: r.min.min(v), max: r.max.max(v) }))
@@ -37,12 +37,12 @@ impl ValueRange {
         self.min.abs().max(self.max.abs())
     }
 
-    /// One unit in the last place of [`ValueRange::magnitude`]: the distance from there to the next larger
-    /// single-precision number. The measure of [`crate::codec::Agreement::Ulp`].
+    /// One unit in the last place of [`ValueRange::magnitude`]: the distance to the next larger single-precision
+    /// number. [`crate::codec::Agreement::Ulp`] counts in it.
     #[must_use]
     pub fn ulp(self) -> f64 {
         let m = self.magnitude();
-        // Above the largest finite number there is none; the distance below it is the same.
+        // The largest finite number has no larger neighbour. The distance to the next smaller one is the same.
         let (low, high) = if m < f32::MAX { (m, m.next_up()) } else { (f32::MAX.next_down(), f32::MAX) };
         f64::from(high) - f64::from(low)
     }

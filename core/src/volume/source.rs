@@ -1,4 +1,4 @@
-//! Where voxels come from: bricks of an input volume, and already decoded frames.
+//! Sources of voxels: bricks of an input volume, and decoded frames.
 
 use super::{FrameIndex, Region, VolumeLayout};
 
@@ -20,13 +20,13 @@ pub enum SourceError {
     Io(#[from] std::io::Error),
 }
 
-/// A volume that hands out boxes of voxels. An encoder sees nothing else of its input, so that a volume need
-/// not fit into memory.
+/// A volume that returns boxes of voxels. An encoder reads its input only through it, so a volume need not fit into
+/// memory.
 pub trait BrickSource: Sync {
     /// Shape of the volume.
     fn layout(&self) -> &VolumeLayout;
 
-    /// Fills `out` (region voxels × channels, x fastest, channels interleaved) with data values.
+    /// Fills `out` (region voxels × channels; x fastest, channels interleaved) with data values.
     ///
     /// # Errors
     /// When the region lies outside or the underlying file fails.
@@ -59,13 +59,13 @@ impl Dependencies {
     }
 }
 
-/// Decoded frames handed to a decoder that predicts from them; all are of the level that is decoded.
+/// Decoded frames for a decoder of predicted frames. All have the level of the decoded frame.
 pub trait ReferenceFrames: Sync {
-    /// All decoded samples of `frame` (x fastest, channels interleaved), or `None` if it is not at hand.
+    /// All decoded samples of `frame` (x fastest, channels interleaved). `None` if the frame is not available.
     fn frame(&self, frame: FrameIndex) -> Option<&[f32]>;
 }
 
-/// No references: what intra frames are decoded with.
+/// No references. Frames that decode on their own need none.
 #[derive(Copy, Clone, Debug, Default)]
 pub struct NoReferences;
 

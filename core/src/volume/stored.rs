@@ -1,10 +1,9 @@
-//! The number type of a sample in a file, which may be wider than what is kept of it.
+//! The number type of a sample in a file. It may be wider than the type in memory.
 
 use super::SampleType;
 
-/// Number type of the samples of a file. Types wider than [`SampleType`] has are kept as [`SampleType::F32`]; a
-/// sample that single precision cannot hold exactly is rounded to the nearest number that it can, and counted in
-/// [`super::Replaced::rounded`].
+/// Number type of the samples in a file. Types wider than any [`SampleType`] are kept as [`SampleType::F32`]. Samples
+/// that single precision cannot hold are rounded to nearest and counted in [`super::Replaced::rounded`].
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Hash)]
 pub enum StoredType {
     /// Unsigned, 8 bits.
@@ -90,7 +89,7 @@ impl StoredType {
         }
     }
 
-    /// Whether every sample is kept as it is.
+    /// Whether every sample is kept unchanged.
     #[must_use]
     pub const fn is_kept_exactly(self) -> bool {
         matches!(self, Self::U8 | Self::I8 | Self::U16 | Self::I16 | Self::F32)

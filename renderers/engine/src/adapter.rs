@@ -50,14 +50,14 @@ pub enum DeviceChoice {
     Backend(Backend),
     /// The best among those whose name contains this text, in any case.
     Named(String),
-    /// The adapter at this place of [`list_adapters`].
+    /// The adapter at this index of [`list_adapters`].
     Index(usize),
 }
 
 impl FromStr for DeviceChoice {
     type Err = std::convert::Infallible;
 
-    /// `auto`, the name of a backend, `#` and a place in the list, or a part of a name.
+    /// `auto`, the name of a backend, `#` and an index of the list, or a part of a name.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         if text.eq_ignore_ascii_case("auto") {
             return Ok(Self::Auto);
@@ -81,7 +81,7 @@ impl std::fmt::Display for DeviceChoice {
     }
 }
 
-/// What sort of device an adapter is, best first.
+/// Kind of an adapter, best first.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DeviceKind {
     /// A card with memory of its own.
@@ -122,14 +122,14 @@ impl From<wgpu::DeviceType> for DeviceKind {
     }
 }
 
-/// What an adapter says of itself.
+/// Description of an adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceInfo {
     /// Name of the device.
     pub name: String,
     /// Name of the driver.
     pub driver: String,
-    /// Version of the driver, as it words it.
+    /// Version of the driver, in its own words.
     pub driver_info: String,
     /// `vulkan`, `metal`, `dx12` or `gl`.
     pub backend: String,
@@ -149,7 +149,7 @@ impl DeviceInfo {
         }
     }
 
-    /// Orders adapters, best first. GL comes last whatever drives it: its compute support has gaps.
+    /// Order of adapters, best first. GL comes last on any device, because its compute support has gaps.
     fn rank(&self) -> (bool, DeviceKind) {
         (self.backend == "gl", self.kind)
     }
@@ -170,16 +170,17 @@ impl std::fmt::Display for DeviceInfo {
 pub(crate) const NATIVE: wgpu::Backends =
     wgpu::Backends::VULKAN.union(wgpu::Backends::METAL).union(wgpu::Backends::DX12);
 
-/// Adapters of some backends. An instance per call: GL alone costs a context, and most callers never need it.
+/// Adapters of some backends. Each call makes an instance, because GL alone costs a context, and most callers never
+/// need it.
 pub(crate) fn adapters(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = backends;
-    // Validation layers would be part of every timing; WGPU_VALIDATION=1 asks for them.
+    // Validation layers would be part of every timing. WGPU_VALIDATION=1 enables them.
     descriptor.flags = wgpu::InstanceFlags::empty().with_env();
     pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends))
 }
 
-/// All adapters of this machine, those of GL last. Creates a GL context where GL exists.
+/// All adapters of this machine, those of GL last. Creates a GL context if GL exists.
 #[must_use]
 pub fn list_adapters() -> Vec<DeviceInfo> {
     all_adapters().iter().map(DeviceInfo::of).collect()
@@ -191,7 +192,7 @@ pub(crate) fn all_adapters() -> Vec<wgpu::Adapter> {
     all
 }
 
-/// Place of the adapter to take.
+/// Index of the adapter to open.
 pub(crate) fn choose(choice: &DeviceChoice, infos: &[DeviceInfo]) -> Option<usize> {
     let best = |fits: &dyn Fn(&DeviceInfo) -> bool| {
         (0..infos.len()).filter(|&i| fits(&infos[i])).min_by_key(|&i| infos[i].rank())

@@ -1,4 +1,4 @@
-//! A frame in a 3-D texture as the codec's own blocks, which the texture unit decodes.
+//! A frame in a 3-D texture, stored as the codec's own blocks. The texture unit decodes them.
 
 use cvr_core::codec::{BlockFormat, BlockTexture, DecodedForm, TexelFormat};
 use cvr_core::shader::{TextureSampling, generate_decode, voxels_per_invocation};
@@ -10,13 +10,6 @@ use crate::slabs::{Slab, Slabs, WORKGROUP, no_slab, slab_uniform};
 use crate::upload::SLAB_BYTES;
 use crate::{Device, EngineError, TextureChoice, VolumeTexture};
 
-/// Bytes of a volume in whole blocks.
-pub(crate) fn block_bytes(format: BlockFormat, extent: Extent) -> u64 {
-    let [width, height, depth] = format.padded(extent).map(u64::from);
-    let edge = u64::from(format.edge());
-    width / edge * (height / edge) * depth * u64::from(format.words()) * 4
-}
-
 const fn texture_format(format: BlockFormat) -> wgpu::TextureFormat {
     match format {
         BlockFormat::Bc4 => wgpu::TextureFormat::Bc4RUnorm,
@@ -24,11 +17,11 @@ const fn texture_format(format: BlockFormat) -> wgpu::TextureFormat {
 }
 
 impl VolumeTexture {
-    /// Uploads one frame as blocks; the texture unit decodes them whenever it reads a texel. Resident are the blocks.
+    /// Uploads one frame as blocks. The texture unit decodes them when it reads a texel. Only the blocks are resident.
     ///
     /// # Errors
-    /// [`EngineError::Unsupported`] where [`crate::Capabilities::blocks`] has a reason, and when the number of words does
-    /// not fit the layout; [`EngineError::TooLarge`] when an axis exceeds the device's textures; what the driver refuses.
+    /// [`EngineError::Unsupported`] if [`crate::Capabilities::blocks`] gives a reason, or the number of words does not
+    /// match the layout; [`EngineError::TooLarge`] if an axis exceeds the device's textures; and errors of the driver.
     pub fn upload_blocks(
         device: &Device,
         layout: &VolumeLayout,
@@ -42,12 +35,12 @@ impl VolumeTexture {
             Extent::new(width, height, depth).map_err(|e| EngineError::Unsupported(e.to_string()))?;
         capabilities.check_edges(padded)?;
         let bytes: &[u8] = bytemuck::cast_slice(&blocks.words);
-        let wanted = block_bytes(format, layout.extent);
+        let wanted = format.bytes(layout.extent);
         if bytes.len() as u64 != wanted {
             let text = format!("{} bytes of blocks for a frame of {wanted}", bytes.len());
             return Err(EngineError::Unsupported(text));
         }
-        // Texels read as shares of a range, as those of 8 bits do.
+        // Block texels read as fractions of a range, like 8-bit texels.
         let form = DecodedForm { format: TexelFormat::Unorm8, scale, offset };
         let choice = TextureChoice { form, sampling: TextureSampling::Hardware, fallback: None };
         let texture = Self::of_format(device, layout, choice, (texture_format(format), Some(format)))?;
@@ -72,7 +65,7 @@ impl VolumeTexture {
         Ok(texture)
     }
 
-    /// All samples as a shader loads them, through the pass that decodes frames at the site *deferred*.
+    /// All samples as a shader loads them, through the packing pass of the site *deferred*.
     pub(crate) fn load(&self, device: &Device) -> Result<Vec<f32>, EngineError> {
         let layout = self.layout();
         let (form, limits) = (DecodedForm::FLOAT32, device.binding_limits());

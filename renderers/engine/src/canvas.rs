@@ -1,11 +1,11 @@
-//! What a picture is drawn into, and how it comes back.
+//! What a picture is drawn into, the pass that blends into it, and how it comes back.
 
 use cvr_core::render::{Blending, Image};
 use half::f16;
 
 use crate::{Device, EngineError};
 
-/// What a picture is drawn into.
+/// The target of a picture.
 #[derive(Debug)]
 pub(crate) enum Canvas {
     /// Premultiplied RGBA in rows, written by compute passes.
@@ -14,22 +14,22 @@ pub(crate) enum Canvas {
     Target(wgpu::Texture),
 }
 
-/// What a device did not draw.
+/// The part of a picture that a device did not draw.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(crate) struct CutOff {
     /// Pixels whose rays were cut off.
     pub(crate) pixels: usize,
-    /// The lowest number of a sample that one of them was cut off at; where all had come to their ends, the highest.
+    /// Lowest number of a sample at which a ray was cut off. If all rays were at their ends, the highest.
     pub(crate) sample: u32,
 }
 
 impl CutOff {
-    /// That of a picture; `None` where all is drawn. No opacity is negative but that of a ray that was cut off
-    /// ([`cvr_core::render::RayWalk`]).
+    /// The cut-off part of a picture. `None` if everything was drawn. Only a ray that was cut off has a negative
+    /// opacity ([`cvr_core::render::RayWalk`]).
     fn of(pixels: &[[f32; 4]]) -> Option<Self> {
         let cut = || pixels.iter().filter(|pixel| pixel[3] < 0.0);
         let sample = |pixel: &[f32; 4]| pixel[0] as u32;
-        // Threads that run as one are ended as one: rays at their ends beside a long one are short, and tell nothing.
+        // Threads that run together are ended together. Rays at their ends next to a long one are short and irrelevant.
         let unfinished = cut().filter(|pixel| pixel[1] > 0.0).map(sample).min();
         let longest = cut().map(sample).max()?;
         Some(Self { pixels: cut().count(), sample: unfinished.unwrap_or(longest) })
@@ -79,7 +79,7 @@ impl Canvas {
         Ok(Self::Target(texture))
     }
 
-    /// Precision of blended sums; `None` where nothing is blended.
+    /// Precision of blended sums. `None` if nothing is blended.
     pub(crate) fn blending(&self) -> Option<Blending> {
         match self {
             Self::Buffer(_) => None,
@@ -90,7 +90,7 @@ impl Canvas {
         }
     }
 
-    /// What of the picture as it is now the device did not draw.
+    /// The part of the current picture that the device did not draw.
     pub(crate) fn cut_off(&self, device: &Device) -> Result<Option<CutOff>, EngineError> {
         match self {
             Self::Buffer(buffer) => Ok(CutOff::of(&device.read_buffer(buffer, buffer.size())?)),
@@ -104,7 +104,7 @@ impl Canvas {
         Ok(pixels.iter().filter(|pixel| pixel[0] < 0.0).count())
     }
 
-    /// Its pixels as they are now.
+    /// Its current pixels.
     pub(crate) fn pixels(&self, device: &Device) -> Result<Vec<[f32; 4]>, EngineError> {
         match self {
             Self::Buffer(buffer) => device.read_buffer(buffer, buffer.size()),
@@ -112,7 +112,7 @@ impl Canvas {
         }
     }
 
-    /// The picture as it is now.
+    /// The current picture.
     pub(crate) fn read(&self, device: &Device, size: [u32; 2]) -> Result<Image, EngineError> {
         let pixels = self.pixels(device)?;
         if let Some(CutOff { pixels, .. }) = CutOff::of(&pixels) {
@@ -121,6 +121,30 @@ impl Canvas {
         Image::from_pixels(size, pixels)
             .ok_or_else(|| EngineError::Gpu("the picture came back in another size".to_owned()))
     }
+}
+
+/// Begins a pass that blends into a picture. With `clear` the picture is made transparent first.
+pub(crate) fn blend<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    view: &wgpu::TextureView,
+    clear: bool,
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+) -> wgpu::RenderPass<'e> {
+    let load = if clear { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+    let attachment = wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+    };
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("draw"),
+        color_attachments: &[Some(attachment)],
+        depth_stencil_attachment: None,
+        timestamp_writes,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
 }
 
 fn read_texture(device: &Device, texture: &wgpu::Texture) -> Result<Vec<[f32; 4]>, EngineError> {
@@ -150,7 +174,7 @@ fn read_texture(device: &Device, texture: &wgpu::Texture) -> Result<Vec<[f32; 4]
     })
 }
 
-/// Bytes of a picture; the product of two sides fits, that with the bytes of a pixel may not.
+/// Bytes of a picture. The product of two sides fits. Multiplied by the bytes of a pixel, it may not.
 fn bytes_of(size: [u32; 2], pixel_bytes: u64) -> Result<u64, EngineError> {
     let bytes = (u64::from(size[0]) * u64::from(size[1])).saturating_mul(pixel_bytes);
     if bytes == 0 {

@@ -1,4 +1,4 @@
-//! What a device can do, as plain data: decisions about textures are made, and tested, without one.
+//! Capabilities of a device as plain data. Decisions about textures can be made, and tested, without a device.
 
 use cvr_core::codec::{BlockFormat, DecodedForm, TexelFormat};
 use cvr_core::shader::{BindingLimits, TextureSampling};
@@ -13,17 +13,18 @@ pub struct Capabilities {
     pub norm16: bool,
     /// Whether single-precision textures can be filtered.
     pub float32_filterable: bool,
-    /// Whether the driver offers to blend single-precision images; [`crate::Device::blends_single`] says whether it does.
+    /// Whether the driver claims to blend single-precision images. [`crate::Device::blends_single`] says whether it
+    /// works.
     pub float32_blendable: bool,
-    /// Whether 3-D textures can hold blocks of BC formats, or why not.
+    /// Whether 3-D textures can hold blocks of BC formats, or the reason why not.
     pub bc_sliced_3d: Result<(), BlockFallback>,
-    /// Whether a copy out of a 3-D texture can begin at any slice, or at the first one alone.
+    /// Whether a copy from a 3-D texture can begin at any slice, or only at the first.
     pub copies_from_any_slice: bool,
     /// Whether a pass can be timed on the device.
     pub timestamps: bool,
     /// Voxels along one axis of a 3-D texture.
     pub texture_edge_voxels: u32,
-    /// Pixels along one side of a picture that is blended.
+    /// Pixels along one side of a blended picture.
     pub picture_edge_pixels: u32,
     /// Bytes of one storage binding.
     pub storage_binding_bytes: u64,
@@ -35,7 +36,7 @@ pub struct Capabilities {
     pub workgroups_per_axis: u32,
 }
 
-/// Why a volume sits in a wider texture, or is filtered otherwise, than its form asks for. No bits are lost.
+/// Why a volume is in a wider texture, or filtered in another way, than its form needs. No bits are lost.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum TextureFallback {
     /// No 16-bit unorm textures: the values lie in a single-precision texture instead.
@@ -59,14 +60,14 @@ impl std::fmt::Display for TextureFallback {
     }
 }
 
-/// Why blocks that a texture unit could decode are decoded on the CPU instead. No bits are lost, but memory is.
+/// Why the CPU decodes blocks that a texture unit could decode. No bits are lost, but it needs more memory.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum BlockFallback {
     /// The device has no 3-D textures of the format.
     NoFormat,
-    /// The device offers 3-D textures of the format, and reads something else from them than blocks hold.
+    /// The device claims 3-D textures of the format, but reads wrong values from them.
     NotDecoded,
-    /// The blocks are of one channel each, and no texture holds three such in one texel.
+    /// Each block has one channel. No texture holds three such blocks in one texel.
     Colour,
 }
 
@@ -82,20 +83,20 @@ impl std::fmt::Display for BlockFallback {
     }
 }
 
-/// How a decoded volume is kept in a texture on some device.
+/// How a device stores a decoded volume in a texture.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct TextureChoice {
-    /// Texel format of the texture, and how its texels become data values. What the shader generator is told;
-    /// it differs from the decoder's own form where a fallback is in use.
+    /// Texel format of the texture, and conversion of texels to data values. Shaders are generated with it. With a
+    /// fallback, it differs from the decoder's own form.
     pub form: DecodedForm,
     /// Who can filter it.
     pub sampling: TextureSampling,
-    /// What stands in for what, if anything.
+    /// The fallback, if one is used.
     pub fallback: Option<TextureFallback>,
 }
 
 impl Capabilities {
-    /// What the driver says.
+    /// The capabilities that the driver claims.
     pub(crate) fn of(device: &wgpu::Device) -> Self {
         let (limits, features) = (device.limits(), device.features());
         Self {
@@ -120,19 +121,19 @@ impl Capabilities {
         }
     }
 
-    /// What the shader generator must keep to.
+    /// Limits for the shader generator.
     #[must_use]
     pub fn binding_limits(&self) -> BindingLimits {
         BindingLimits { storage_words: self.storage_bytes() / 4, storage_buffers: self.storage_buffers }
     }
 
-    /// Bytes of the largest buffer that can be bound whole.
+    /// Bytes of the largest buffer that one binding can hold.
     #[must_use]
     pub fn storage_bytes(&self) -> u64 {
         self.storage_binding_bytes.min(self.buffer_bytes)
     }
 
-    /// Whether a 3-D texture holds blocks of a format, of a volume with so many channels.
+    /// Whether a 3-D texture can hold blocks of a format, for a volume with this many channels.
     ///
     /// # Errors
     /// The reason why not.
@@ -143,7 +144,7 @@ impl Capabilities {
         }
     }
 
-    /// Refuses what is longer than a 3-D texture.
+    /// Checks that no axis is longer than a 3-D texture may be.
     pub(crate) fn check_edges(&self, extent: Extent) -> Result<(), EngineError> {
         let longest = extent.to_array().into_iter().max().unwrap_or(1);
         if longest <= self.texture_edge_voxels {
@@ -157,7 +158,7 @@ impl Capabilities {
         })
     }
 
-    /// How decoded values of this form are kept in a 3-D texture.
+    /// How decoded values of this form are stored in a 3-D texture.
     ///
     /// # Errors
     /// [`EngineError::TooLarge`] when the longest axis exceeds the device's 3-D textures;
@@ -171,7 +172,7 @@ impl Capabilities {
             )));
         }
         let float32 = |of_unorm16: bool| {
-            // The values themselves: every scale and offset is undone before they are stored.
+            // The values themselves. Scale and offset are applied before they are stored.
             let form = DecodedForm::FLOAT32;
             let (sampling, fallback) = match (self.float32_filterable, of_unorm16) {
                 (true, false) => (TextureSampling::Hardware, None),
@@ -193,7 +194,7 @@ impl Capabilities {
 
 #[cfg(test)]
 impl Capabilities {
-    /// What every WebGPU device offers, and no optional feature.
+    /// The limits that every WebGPU device offers, without optional features.
     pub(crate) const LEAST: Self = Self {
         norm16: false,
         float32_filterable: false,

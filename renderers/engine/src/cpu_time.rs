@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-/// CPU time that all threads of this process have used, those that ended included; `None` where the system
-/// does not tell. It runs in nanoseconds: the ticks of `/proc/self/stat` are longer than many a frame.
+/// CPU time of all threads of this process, ended ones included, in nanoseconds. `None` if the system does not report
+/// it. The ticks of `/proc/self/stat` are too long: a picture often takes less than one.
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 #[must_use]
 pub fn process_cpu_time() -> Option<Duration> {
@@ -11,7 +11,7 @@ pub fn process_cpu_time() -> Option<Duration> {
     Some(Duration::new(time.tv_sec.try_into().ok()?, time.tv_nsec.try_into().ok()?))
 }
 
-/// Not told here.
+/// `None`: this system does not report it.
 #[cfg(not(any(target_os = "linux", target_os = "macos")))]
 #[must_use]
 pub fn process_cpu_time() -> Option<Duration> {
@@ -32,7 +32,7 @@ mod tests {
             }
         };
         std::thread::spawn(spin).join().unwrap();
-        // A busy machine may give the thread less than all of its time.
+        // On a busy machine the thread may get only a part of the time.
         assert!(process_cpu_time().unwrap() > before + Duration::from_millis(2));
     }
 }

@@ -1,4 +1,4 @@
-//! The site *deferred*: the device decodes a whole frame, once, into a texture.
+//! The site *deferred*: the device decodes a whole frame once, into a texture.
 
 use cvr_core::codec::Decoder;
 use cvr_core::shader::{DeferredShaders, voxels_per_invocation};
@@ -13,12 +13,12 @@ use crate::timing::FrameTime;
 use crate::upload::SLAB_BYTES;
 use crate::{Device, EngineError, VolumeTexture};
 
-/// A frame and what decodes it into a texture, any number of times.
+/// Decodes a frame into a texture, any number of times.
 ///
-/// The codec's own passes come first, if it brings any: they leave the frame in a scratch buffer. Then comes a pass that
-/// reads it there, or else runs the codec's snippet, the one that the site *inline* runs at every fetch. It writes
-/// texels into a buffer that is copied into the texture, slab by slab, so that the buffer stays small and within what a
-/// binding holds. This buffer and the scratch buffers live as long as this does.
+/// If the codec has passes of its own, they run first and leave the frame in a scratch buffer. Then a packing pass
+/// reads that buffer, or runs the codec's snippet (the one that the site *inline* runs at every fetch). It writes
+/// texels into a buffer, which is copied into the texture chunk by chunk, so that the buffer stays small and fits a
+/// binding. This buffer and the scratch buffers live as long as this object.
 #[derive(Debug)]
 pub struct FrameDecoder {
     device: Device,
@@ -32,7 +32,7 @@ pub struct FrameDecoder {
 }
 
 impl FrameDecoder {
-    /// Generates and compiles the passes, uploads what they read, and makes the texture, which is empty until
+    /// Generates and compiles the passes, uploads their data, and creates the texture, which is empty until
     /// [`FrameDecoder::decode`]. Form and fallbacks of the texture are those of the site *host*.
     ///
     /// # Errors
@@ -79,12 +79,12 @@ impl FrameDecoder {
         })
     }
 
-    /// Decodes the frame into the texture and waits for it. The time holds the copies into the texture.
+    /// Decodes the frame into the texture and waits. The time includes the copies into the texture.
     ///
     /// # Errors
     /// What the driver refuses; a lost device.
     pub fn decode(&self) -> Result<FrameTime, EngineError> {
-        // The codec's own, one per slab, and an empty one that marks the end of the last copy.
+        // The codec's own passes, one pass per chunk, and an empty pass that marks the end of the last copy.
         let own = self.passes.len();
         let passes = own + self.slabs.iter().count() + 1;
         let timestamps = self.timestamps.as_ref();
@@ -96,7 +96,7 @@ impl FrameDecoder {
         let encoder =
             || self.device.wgpu().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         timed(&self.device, "decoding a frame", timestamps, || {
-            // Each is submitted by itself: no driver's watchdog adds up what one of them takes.
+            // Each pass is submitted separately, so that no driver's watchdog sums their times.
             for pass in 0..own {
                 let mut encoder = encoder();
                 self.passes.dispatch(pass, &mut begin(&mut encoder, pass));
@@ -122,20 +122,20 @@ impl FrameDecoder {
         })
     }
 
-    /// The texture. Clones share it: a later [`FrameDecoder::decode`] shows in all of them.
+    /// The texture. Clones share it, so they all show a later [`FrameDecoder::decode`].
     #[must_use]
     pub const fn texture(&self) -> &VolumeTexture {
         &self.texture
     }
 
-    /// Bytes of the scratch buffers, which are freed with this.
+    /// Bytes of the scratch buffers. They are freed with this object.
     #[must_use]
     pub fn scratch_bytes(&self) -> u64 {
         self.passes.scratch_bytes()
     }
 
-    /// Bytes on the device while it decodes: what stays resident with the texture
-    /// ([`VolumeTexture::resident_bytes`]), the scratch buffers, and the buffer through which texels go into the texture.
+    /// Bytes on the device during decoding: the resident bytes of the texture ([`VolumeTexture::resident_bytes`]), the
+    /// scratch buffers, and the buffer for texels.
     #[must_use]
     pub fn peak_bytes(&self) -> u64 {
         self.texture.resident_bytes() + self.scratch_bytes() + self.texels.size() + SLAB_UNIFORM_BYTES
@@ -160,8 +160,8 @@ impl FrameDecoder {
 }
 
 impl VolumeTexture {
-    /// Decodes one frame on the device: the same texels as [`VolumeTexture::upload`] of what the CPU decodes, within
-    /// the codec's statement. [`FrameDecoder`] does it more than once.
+    /// Decodes one frame on the device. Within the codec's stated agreement, the texels equal those of
+    /// [`VolumeTexture::upload`] with the CPU's values. Use [`FrameDecoder`] to decode repeatedly.
     ///
     /// # Errors
     /// As [`FrameDecoder`].

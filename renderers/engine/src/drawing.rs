@@ -2,31 +2,28 @@
 
 mod check;
 mod rays;
+mod runnable;
 
 pub use rays::RayPieces;
 
-use std::sync::Arc;
-
 use check::Check;
-use cvr_core::render::{Blending, Filter, Image, Pass, Pipeline, Plan, Stage};
-use cvr_core::shader::{BindingKind, GeneratedShader, TextureSampling};
+use cvr_core::render::{Blending, Filter, Image, Pipeline, Plan};
+use cvr_core::shader::{BindingKind, TextureSampling};
 use rays::{FollowedRays, InPieces};
+use runnable::Runnable;
 
-use crate::bindings::{Bound, Parts, Supplies, check_workgroups};
+use crate::bindings::Parts;
 use crate::canvas::Canvas;
-use crate::layers::{BoundLayers, LayerRing};
-use crate::pipelines::Target;
-use crate::raster::{BoundRaster, blend, target_format};
-use crate::source::Voxels;
+use crate::layers::LayerRing;
+use crate::raster::target_format;
 use crate::timestamps::{FrameTimestamps, timed};
 use crate::timing::FrameTime;
 use crate::{Device, DrawSource, EngineError, TextureFallback};
 
-/// A picture that can be drawn any number of times. Everything it reads is resident, so that a frame is its
-/// passes and nothing else. Another view of the same volume needs other inputs and no other drawing
-/// ([`Drawing::set_inputs`]).
+/// A picture that can be drawn repeatedly. All its data is resident, so drawing runs only its passes. Another view of
+/// the same volume needs other inputs, but no other drawing ([`Drawing::set_inputs`]).
 ///
-/// One thread draws at a time: frames of one drawing that run beside each other fail or time each other.
+/// Only one thread may draw at a time. Parallel draws of one drawing fail or distort each other's times.
 #[derive(Debug)]
 pub struct Drawing {
     device: Device,
@@ -44,79 +41,10 @@ pub struct Drawing {
     wgsl: String,
 }
 
-/// A pass made runnable.
-#[derive(Debug)]
-enum Runnable {
-    Compute(Bound, [u32; 3]),
-    Raster(BoundRaster, wgpu::TextureView),
-    Layers(BoundLayers, wgpu::TextureView),
-}
-
-impl Runnable {
-    fn new(
-        device: &Device,
-        (pass, size): (&Pass, [u32; 2]),
-        (voxels, filter): (&Voxels<'_>, Filter),
-        canvas: &Canvas,
-        parts: &mut Parts,
-    ) -> Result<(Self, Arc<GeneratedShader>), EngineError> {
-        let Pass { pipeline, inputs } = pass;
-        let shader = voxels.shader(device, &pipeline.program(), Some(filter))?;
-        let supplies = Supplies {
-            inputs: &inputs.contents,
-            buffers: &voxels.buffers,
-            texture: voxels.texture,
-            ..Supplies::default()
-        };
-        let runnable = match (pipeline.proxies(), canvas) {
-            (None, Canvas::Buffer(image)) => {
-                let workgroups = workgroups(device, pass, size)?;
-                let supplies = Supplies { storage: &[("image", image)], ..supplies };
-                Self::Compute(Bound::new(device, &shader, Target::Compute, &supplies, parts)?, workgroups)
-            }
-            (Some(proxies), Canvas::Target(texture)) => {
-                let (triangles, format) = ((proxies, &inputs.vertices[..]), texture.format());
-                let bound = BoundRaster::new(device, triangles, &shader, format, &supplies, parts)?;
-                let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-                match pipeline.layers() {
-                    Some(_) => Self::Layers(BoundLayers::new(bound, &inputs.steps), view),
-                    None => Self::Raster(bound, view),
-                }
-            }
-            _ => {
-                let text = "passes of one picture either compute or blend, and this plan mixes them";
-                return Err(EngineError::Unsupported(text.to_owned()));
-            }
-        };
-        Ok((runnable, shader))
-    }
-
-    fn set_inputs(&mut self, device: &Device, pass: &Pass, size: [u32; 2]) -> Result<(), EngineError> {
-        match self {
-            Self::Compute(bound, of_frame) => {
-                *of_frame = workgroups(device, pass, size)?;
-                bound.set_inputs(device, &pass.inputs.contents)
-            }
-            Self::Raster(bound, _) => bound.set_inputs(device, &pass.inputs),
-            Self::Layers(bound, _) => bound.set_inputs(device, &pass.inputs),
-        }
-    }
-}
-
-/// Workgroups of a pass that computes.
-fn workgroups(device: &Device, pass: &Pass, size: [u32; 2]) -> Result<[u32; 3], EngineError> {
-    let workgroups = match pass.pipeline.stage {
-        Stage::Rays(_) => rays::workgroups(size),
-        Stage::Compute { .. } | Stage::Triangles(_) | Stage::Layers { .. } => pass.inputs.workgroups,
-    };
-    check_workgroups(device, "a pass", workgroups)?;
-    Ok(workgroups)
-}
-
 impl Drawing {
-    /// Generates and compiles the shaders of `plan`, or takes those that the device has kept, and uploads what they read. For
-    /// a source *inline* or *ring* that is the codec's buffers, for buffers these; a texture is shared. A plan that draws
-    /// layer by layer goes with a source *ring*, and with no other.
+    /// Generates and compiles the shaders of `plan`, unless the device has kept them, and uploads their data. For a
+    /// source *inline* or *ring* these are the codec's buffers, for buffers the buffers themselves. A texture is
+    /// shared. A plan that draws layer by layer needs a source *ring*; no other plan may have one.
     ///
     /// # Errors
     /// [`EngineError::Shader`] when the generator refuses the shader, [`EngineError::TooLarge`] when picture
@@ -199,7 +127,7 @@ impl Drawing {
         self.size == plan.size && self.pipelines.iter().eq(pipelines)
     }
 
-    /// Draws another view from now on: uploads the inputs of `plan`, and compiles nothing.
+    /// Draws another view from now on. Uploads the inputs of `plan`, and compiles nothing.
     ///
     /// # Errors
     /// [`EngineError::Unsupported`] when the plan has another pipeline or size than the drawing ([`Drawing::takes`]);
@@ -222,8 +150,8 @@ impl Drawing {
         Ok(())
     }
 
-    /// The same drawing with its rays in pieces of at most this many samples, or as many fewer as the device needs, whether
-    /// it needs pieces at all or not.
+    /// The same drawing, with its rays in pieces of at most this many samples, or fewer if the device needs it. Also if
+    /// the device needs no pieces.
     ///
     /// # Errors
     /// [`EngineError::Unsupported`] when the plan follows no rays, or the device cannot bind what pieces need;
@@ -238,12 +166,11 @@ impl Drawing {
         Ok(self)
     }
 
-    /// Draws one frame and waits for it. The device's own time is reported only where it agrees with the wall
-    /// clock.
+    /// Draws one picture and waits for it. The device's own time is returned only if it agrees with the wall clock.
     ///
-    /// The first frame of a plan that follows rays is looked at. Where the device has ended loops of it, it and every frame
-    /// after it are drawn with their rays in pieces: as long as they can be, and of one length for good. Before the first frame
-    /// that blends what a codec decodes at every fetch, one is drawn and looked at that is not timed.
+    /// The first picture of a plan with rays is checked. If the device ended loops in it, this picture and all later
+    /// ones are drawn with rays in pieces. The pieces are as long as possible, and keep their length. Before the first
+    /// picture that blends voxels decoded at every fetch, an untimed picture is drawn and checked.
     ///
     /// # Errors
     /// What the driver refuses; a lost device. [`EngineError::CutOff`] when the device ends the loops of a single sample.
@@ -265,8 +192,8 @@ impl Drawing {
         }
     }
 
-    /// Draws a frame that is not timed, and waits for it. What is blended and has not been looked at is drawn once and not
-    /// twice: the frame that is looked at is this one.
+    /// Draws a picture without timing, and waits for it. If blended fragments still need a check, the checked picture
+    /// is this one, so it is drawn only once.
     ///
     /// # Errors
     /// As [`Drawing::draw_timed`].
@@ -277,7 +204,7 @@ impl Drawing {
         }
     }
 
-    /// Draws one frame, its rays at once or in pieces, and waits for it.
+    /// Draws one picture, with rays at once or in pieces, and waits for it.
     fn frame(&self, pieces: Option<&InPieces>) -> Result<FrameTime, EngineError> {
         timed(&self.device, "drawing", self.timestamps.as_ref(), || {
             let device = self.device.wgpu();
@@ -285,8 +212,9 @@ impl Drawing {
             match pieces {
                 Some(pieces) => pieces.record_frame(&mut encoder, self.timestamps.as_ref()),
                 None => {
+                    let (ring, timestamps) = (self.ring.as_ref(), self.timestamps.as_ref());
                     for (i, pass) in self.passes.iter().enumerate() {
-                        self.record(&mut encoder, pass, i);
+                        pass.record(&mut encoder, (i, self.passes.len()), ring, timestamps);
                     }
                 }
             }
@@ -298,7 +226,7 @@ impl Drawing {
         })
     }
 
-    /// The picture of the last frame; transparent before the first.
+    /// The last picture. Transparent before the first.
     ///
     /// # Errors
     /// What the driver refuses; a lost device. [`EngineError::CutOff`] when the device did not follow all rays.
@@ -309,45 +237,23 @@ impl Drawing {
         self.canvas.read(&self.device, self.size)
     }
 
-    /// The pieces in which rays are followed; `None` where they are followed at once, or before a frame has told.
+    /// The pieces in which rays are followed. `None` if they are followed at once, or before the first picture.
     #[must_use]
     pub fn ray_pieces(&self) -> Option<RayPieces> {
         self.rays.as_ref()?.in_pieces().map(InPieces::pieces)
     }
 
-    fn record(&self, encoder: &mut wgpu::CommandEncoder, pass: &Runnable, index: usize) {
-        let (timestamps, passes) = (self.timestamps.as_ref(), self.passes.len());
-        match pass {
-            Runnable::Compute(bound, workgroups) => {
-                let timestamp_writes = timestamps.and_then(|t| t.writes(index, passes));
-                let descriptor = wgpu::ComputePassDescriptor { label: Some("draw"), timestamp_writes };
-                let mut pass = encoder.begin_compute_pass(&descriptor);
-                bound.dispatch(&mut pass, *workgroups);
-            }
-            Runnable::Raster(bound, view) => {
-                let writes = timestamps.and_then(|t| t.render_writes(index, passes));
-                let mut pass = blend(encoder, view, index == 0, writes);
-                bound.draw(&mut pass);
-            }
-            // The only pass of its plan: the timestamps are its own.
-            Runnable::Layers(bound, view) => {
-                if let Some(ring) = &self.ring {
-                    bound.record(ring, encoder, view, timestamps);
-                }
-            }
-        }
-    }
-
-    /// Bytes of device memory that hold the volume: the codec's buffers, or what stays resident with the texture
-    /// ([`crate::VolumeTexture::resident_bytes`]), or the ring, the buffer of one layer and the codec's buffers. Picture, transfer function and view are not counted.
+    /// Bytes of device memory that hold the volume: the codec's buffers; or the resident bytes of the texture
+    /// ([`crate::VolumeTexture::resident_bytes`]); or the ring, the buffer of one layer and the codec's buffers.
+    /// Picture, transfer function and view are not counted.
     #[must_use]
     pub const fn resident_bytes(&self) -> u64 {
         self.resident_bytes
     }
 
-    /// Every sample of the frame as it comes through the ring of layers that frames are drawn from: decoded by the same
-    /// pass, copied by the same copies and read from the slots, layer by layer (x fastest, channels interleaved, data
-    /// units); `None` where nothing is drawn from a ring. What the ring holds is gone then; each frame fills it anew.
+    /// Every sample of the frame as pictures read it from the ring: decoded by the same pass, copied by the same
+    /// copies, and read from the slots, layer by layer (x fastest, channels interleaved, data units). `None` without a
+    /// ring. This overwrites the ring. Each picture fills it again.
     ///
     /// # Errors
     /// What the driver refuses; a lost device.
@@ -355,20 +261,19 @@ impl Drawing {
         self.ring.as_ref().map(LayerRing::read_layers).transpose()
     }
 
-    /// What stands in for a texture format or filter that the device lacks; `None` where voxels lie in no texture.
+    /// The replacement for a texture format or filter that the device lacks. `None` if no texture holds voxels.
     #[must_use]
     pub const fn fallback(&self) -> Option<TextureFallback> {
         self.fallback
     }
 
-    /// Who interpolates: the texture unit only if a shader really samples through it.
+    /// What interpolates: the texture unit only if a shader samples through it.
     #[must_use]
     pub const fn filtering(&self) -> TextureSampling {
         self.filtering
     }
 
-    /// Precision of blended sums; `None` where nothing is blended. It is half where the device cannot blend what the
-    /// plan asks for.
+    /// Precision of blended sums. `None` if nothing is blended. Half if the device cannot blend the plan's precision.
     #[must_use]
     pub fn blending(&self) -> Option<Blending> {
         self.canvas.blending()
@@ -396,7 +301,7 @@ fn ring_of(device: &Device, plan: &Plan, source: &DrawSource<'_>) -> Result<Opti
     }
 }
 
-/// What the passes of a plan draw into.
+/// The target of a plan's passes.
 fn canvas_of(device: &Device, plan: &Plan) -> Result<Canvas, EngineError> {
     match plan.passes.last().and_then(|pass| pass.pipeline.proxies()) {
         Some(proxies) => Canvas::target(device, plan.size, target_format(device, proxies.blending)),

@@ -1,4 +1,4 @@
-//! Every voxel of a frame, through a shader: what parity tests compare.
+//! Decodes every voxel of a frame with a shader, for parity tests.
 
 use cvr_core::codec::{Decoder, VoxelDump};
 use cvr_core::render::{Contents, Template};
@@ -11,7 +11,7 @@ use crate::{Device, DrawSource, EngineError, VolumeTexture};
 
 /// Invocations of one workgroup of a dump template, along x.
 const WORKGROUP: u64 = 64;
-/// Bytes of a dump that are on the device at a time, at most.
+/// Most bytes of a dump on the device at a time.
 const PIECE_BYTES: u64 = 64 << 20;
 
 impl VoxelDump for Device {
@@ -39,11 +39,11 @@ impl VoxelDump for Device {
 }
 
 impl Device {
-    /// All samples of a frame (x fastest, channels interleaved, data units), fetched by `template`: a compute
-    /// shader `dump` of 64 invocations along x, whose dispatch overflows into y, and which checks bounds.
+    /// All samples of a frame (x fastest, channels interleaved, data units), fetched by `template`. It is a compute
+    /// shader `dump` of 64 invocations along x. Its dispatch continues along y, and it must check bounds.
     ///
     /// # Errors
-    /// [`EngineError::TooLarge`] when the frame has more voxels than 32 bits count, else as [`crate::Drawing::new`].
+    /// [`EngineError::TooLarge`] if the frame has more voxels than 32 bits can count, else as [`crate::Drawing::new`].
     pub fn dump_source(&self, source: &DrawSource<'_>, template: Template) -> Result<Vec<f32>, EngineError> {
         let voxels = source.voxels()?;
         let shader = voxels.shader(self, &Program::dump(template), None)?;
@@ -63,7 +63,7 @@ impl Device {
         self.run_dump_in_pieces(shader, supplies, (extent, channels), most_bytes)
     }
 
-    /// The same, so many bytes at a time at most.
+    /// The same, with at most `bytes` bytes on the device at a time.
     fn run_dump_in_pieces(
         &self,
         shader: &GeneratedShader,
@@ -106,7 +106,7 @@ impl Device {
     }
 }
 
-/// Workgroups for this many invocations: along x as far as every device allows, then along y.
+/// Workgroups for this many invocations: along x up to the limit that every device allows, then along y.
 fn dump_workgroups(invocations: u64) -> [u32; 3] {
     const ALONG_X: u64 = 65535;
     let groups = invocations.div_ceil(WORKGROUP);

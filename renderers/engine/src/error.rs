@@ -1,4 +1,4 @@
-//! What can go wrong between a plan and its picture.
+//! Errors between a plan and its picture.
 
 use cvr_core::codec::DecodeError;
 use cvr_core::shader::{DeferredError, ShaderError};
@@ -9,7 +9,7 @@ pub enum EngineError {
     /// No adapter exists, or none is the one asked for.
     #[error("no graphics adapter{}; {}", asked_for(.wanted.as_deref()), known_adapters(.known))]
     NoAdapter {
-        /// What was asked for; `None` for any.
+        /// The requested device. `None` for any.
         wanted: Option<String>,
         /// Adapters that exist, as [`crate::DeviceInfo`] prints them.
         known: Vec<String>,
@@ -23,25 +23,25 @@ pub enum EngineError {
         requested: u64,
         /// Size the device offers.
         limit: u64,
-        /// Of what both are a number.
+        /// Unit of both numbers.
         unit: &'static str,
     },
     /// The generator refused the shader.
     #[error(transparent)]
     Shader(#[from] ShaderError),
-    /// The stream does not hold what its shader reads.
+    /// The stream lacks data that its shader reads.
     #[error(transparent)]
     Decode(#[from] DecodeError),
-    /// The device or its driver refused a call; the text names the step and the driver's reason.
+    /// The device or its driver refused a call. The text names the step and the driver's reason.
     #[error("{0}")]
     Gpu(String),
     /// The device ran out of memory.
     #[error("out of device memory: {0}")]
     OutOfMemory(String),
-    /// The device is gone (reset, unplugged, destroyed); every later call on it fails likewise.
+    /// The device is lost (reset, unplugged, destroyed). Every later call on it fails in the same way.
     #[error("the device was lost: {0}")]
     DeviceLost(String),
-    /// The device ended loops of a shader before they were done, so that there is no picture.
+    /// The device ended loops of a shader early, so there is no picture.
     #[error(
         "the device ended the loops of the shader before they were done, in {pixels} pixels, though each took a single sample \
          at a time (llvmpipe ends them after 65535 rounds in all): decode at the site deferred or host, take a filter \
@@ -51,7 +51,7 @@ pub enum EngineError {
         /// Pixels that show it.
         pixels: usize,
     },
-    /// What was asked for makes no sense on this device or with this decoder.
+    /// The request is not possible on this device or with this decoder.
     #[error("{0}")]
     Unsupported(String),
 }

@@ -1,4 +1,4 @@
-//! The passes with which a codec rebuilds a frame, bound to their buffers.
+//! A codec's passes that rebuild a frame, bound to their buffers.
 
 use cvr_core::shader::{BindingKind, DeferredShaders, PassShader};
 
@@ -6,14 +6,14 @@ use crate::bindings::{Bound, Parts, Supplies, check_workgroups};
 use crate::pipelines::Target;
 use crate::{Device, EngineError};
 
-/// Passes that can be dispatched any number of times; the scratch buffers live as long as this does.
+/// Passes that can be dispatched any number of times. The scratch buffers live as long as this object.
 #[derive(Debug)]
 pub(crate) struct BoundPasses {
     passes: Vec<(Bound, [u32; 3])>,
     scratch_bytes: u64,
 }
 
-/// The parts of all scratch buffers that some shader uses.
+/// The parts of all scratch buffers that a shader uses.
 pub(crate) fn scratch_buffers(device: &Device, shaders: &DeferredShaders<'_>) -> Result<Parts, EngineError> {
     let all = shaders.passes.iter().map(|pass| &pass.shader).chain([&shaders.pack]);
     device.guarded("making scratch buffers", || {
@@ -31,7 +31,7 @@ pub(crate) fn scratch_buffers(device: &Device, shaders: &DeferredShaders<'_>) ->
 }
 
 impl BoundPasses {
-    /// Compiles the passes, and uploads what they read into `parts`.
+    /// Compiles the passes, and uploads their data into `parts`.
     pub(crate) fn new(
         device: &Device,
         passes: &[PassShader],

@@ -1,57 +1,14 @@
 //! Driver errors as values: every call into wgpu that can fail runs inside [`Device::guarded`].
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::{Device, EngineError};
 
-/// What the device reported outside of any scope. Shared with wgpu's callbacks, which may run on any thread.
-#[derive(Debug, Default)]
-pub(crate) struct Reports {
-    lost: Mutex<Option<String>>,
-    uncaptured: Mutex<Option<String>>,
-}
-
-impl Reports {
-    /// Hooks the callbacks of a fresh device. Without them wgpu panics on an error outside of a scope.
-    pub(crate) fn of(device: &wgpu::Device) -> Arc<Self> {
-        let reports = Arc::new(Self::default());
-        let lost = Arc::clone(&reports);
-        device.set_device_lost_callback(move |reason, message| {
-            lost.set_lost(format!("{reason:?}: {}", message.trim()));
-        });
-        let uncaptured = Arc::clone(&reports);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            let mut first = lock(&uncaptured.uncaptured);
-            first.get_or_insert_with(|| error.to_string());
-        }));
-        reports
-    }
-
-    /// Records a loss; the first reason stays.
-    pub(crate) fn set_lost(&self, reason: String) {
-        lock(&self.lost).get_or_insert(reason);
-    }
-
-    fn lost(&self) -> Option<String> {
-        lock(&self.lost).clone()
-    }
-
-    fn take_uncaptured(&self) -> Option<String> {
-        lock(&self.uncaptured).take()
-    }
-}
-
-/// A poisoned lock holds a whole message all the same.
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl Device {
-    /// Runs `calls` with scopes for every kind of driver error; `step` begins the message of such an error.
+    /// Runs `calls` with scopes for every kind of driver error. The message of an error begins with `step`.
     ///
-    /// Scopes are per thread, so that drawings on several threads do not see each other's errors. `calls` must
-    /// not hand wgpu work to other threads.
+    /// Scopes belong to a thread, so drawings on several threads do not see each other's errors. `calls` must not pass
+    /// wgpu work to other threads.
     pub(crate) fn guarded<T>(
         &self,
         step: &str,
@@ -63,12 +20,12 @@ impl Device {
         let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
         let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let result = calls();
-        // On native backends these futures are ready at once. All three are popped before the first error
-        // returns, innermost first, as wgpu demands.
+        // On native backends these futures are ready at once. All three are popped before the first error returns,
+        // innermost first, as wgpu requires.
         let validation = pollster::block_on(validation.pop());
         let internal = pollster::block_on(internal.pop());
         let memory = pollster::block_on(memory.pop());
-        // A loss is told by callback only, and the callback runs when the device is polled.
+        // Only a callback reports a loss, and callbacks run when the device is polled.
         self.poll(wgpu::PollType::Poll)?;
         self.check_alive()?;
         if let Some(error) = memory {
@@ -83,7 +40,7 @@ impl Device {
         result
     }
 
-    /// Why the device is gone, once it is: every later call on it fails.
+    /// Why the device is lost. Every later call on it fails. `None` if it works.
     #[must_use]
     pub fn lost(&self) -> Option<String> {
         self.reports().lost()
@@ -94,14 +51,14 @@ impl Device {
         self.lost().map_or(Ok(()), |reason| Err(EngineError::DeviceLost(reason)))
     }
 
-    /// Waits until everything submitted so far is done and its callbacks have run.
+    /// Waits until all submitted work is done and its callbacks have run.
     pub(crate) fn wait(&self) -> Result<(), EngineError> {
         self.poll(wgpu::PollType::wait_indefinitely())
     }
 
     fn poll(&self, how: wgpu::PollType) -> Result<(), EngineError> {
-        // wgpu panics when the wait itself fails, which is how a device lost under a running shader shows.
-        // It holds no lock and leaves no half-made state of ours, so that unwinding is safe here.
+        // wgpu panics if the wait itself fails, for instance when a device is lost under a running shader. It holds no
+        // lock and leaves no incomplete state of this crate, so unwinding is safe here.
         match catch_unwind(AssertUnwindSafe(|| self.wgpu().poll(how))) {
             Ok(Ok(_)) => Ok(()),
             Ok(Err(error)) => Err(EngineError::Gpu(format!("waiting for the device: {error}"))),
@@ -114,7 +71,7 @@ impl Device {
     }
 }
 
-/// Out-of-memory errors keep their reason in the source alone.
+/// Out-of-memory errors have their reason only in the source.
 fn with_source(error: &wgpu::Error) -> String {
     let mut text = error.to_string();
     if matches!(error, wgpu::Error::OutOfMemory { .. })

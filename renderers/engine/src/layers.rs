@@ -1,4 +1,5 @@
-//! The site *ring*: in every frame the device decodes layers of voxels into a ring of four, and draws slices from them.
+//! The site *ring*: in every picture the device decodes layers of voxels into a ring of four, and draws slices from
+//! them.
 
 use cvr_core::codec::Decoder;
 use cvr_core::render::{Inputs, LayerStep, RING_LAYERS};
@@ -6,22 +7,24 @@ use cvr_core::shader::{DeferredShaders, Source, voxels_per_invocation};
 use cvr_core::volume::{Axis, Extent, FrameIndex, Level, VolumeLayout};
 
 use crate::bindings::{Bound, Parts, Supplies, check_workgroups};
+use crate::canvas::blend;
 use crate::pipelines::Target;
-use crate::raster::{BoundRaster, blend};
+use crate::raster::BoundRaster;
 use crate::slabs::{SLAB_UNIFORM_BYTES, Slab, Slabs, WORKGROUP, no_slab, slab_uniform};
 use crate::source::Voxels;
 use crate::texels::texture_channels;
 use crate::timestamps::FrameTimestamps;
 use crate::{Device, EngineError, VolumeTexture};
 
-/// A ring of layers and what fills it: the pass that runs the codec's snippet, a buffer of one layer that it writes, and
-/// a small texture whose slices are the slots.
+/// A ring of layers, and the means to fill it: the pass that runs the codec's snippet, a buffer of one layer for its
+/// output, and a small texture whose slices are the slots.
 #[derive(Debug)]
 pub(crate) struct LayerRing {
     device: Device,
     layout: VolumeLayout,
     axis: Axis,
-    /// The slots. Its third axis is the stack's, whichever that is: a layer is a slice, and copied as a whole.
+    /// The slots. Its third axis is the stack's, along any axis of the volume. A layer is a slice of it and is copied
+    /// as a whole.
     ring: VolumeTexture,
     decode: Bound,
     workgroups: [u32; 3],
@@ -35,8 +38,8 @@ pub(crate) struct LayerRing {
 }
 
 impl LayerRing {
-    /// Generates and compiles the pass, uploads what it reads, and makes the ring, which is empty. Form and fallbacks are
-    /// those of the site *deferred*; the volume may be longer along the stack than a texture is.
+    /// Generates and compiles the pass, uploads its data, and creates an empty ring. Form and fallbacks are those of
+    /// the site *deferred*. Along the stack, the volume may be longer than a texture.
     pub(crate) fn new(
         device: &Device,
         (codec, decoder): (&str, &dyn Decoder),
@@ -94,7 +97,7 @@ impl LayerRing {
         })
     }
 
-    /// The same ring, to be filtered by the shader even where the texture unit could.
+    /// The same ring, filtered by the shader even if the texture unit could.
     #[cfg(test)]
     pub(crate) fn with_manual_sampling(self) -> Self {
         Self { ring: self.ring.with_manual_sampling(), ..self }
@@ -107,7 +110,7 @@ impl LayerRing {
         Voxels { layout: self.layout.clone(), source, buffers: Vec::new(), texture: Some(&self.ring) }
     }
 
-    /// Bytes that hold the volume while frames are drawn: ring, buffer of one layer, and the codec's buffers.
+    /// Bytes that hold the volume during drawing: ring, buffer of one layer, and the codec's buffers.
     pub(crate) fn resident_bytes(&self) -> u64 {
         self.ring.bytes() + self.texels.size() + self.stream_bytes
     }
@@ -119,7 +122,7 @@ impl LayerRing {
 
     /// Records that a layer is decoded into the buffer.
     fn decode(&self, encoder: &mut wgpu::CommandEncoder, layer: u32) {
-        // The slab is the only uniform of the pass.
+        // The uniform `slab` is the only one of the pass.
         if let Some(uniform) = self.decode.uniforms() {
             let at = u64::from(layer) * SLAB_UNIFORM_BYTES;
             encoder.copy_buffer_to_buffer(&self.uniforms, at, uniform, 0, SLAB_UNIFORM_BYTES);
@@ -137,7 +140,7 @@ impl LayerRing {
         encoder.copy_buffer_to_texture(source, self.ring.place(0, slot), self.slabs.size(slab));
     }
 
-    /// Every sample of the frame, decoded layer by layer and read from the slot of its layer, in the order of a frame.
+    /// Every sample of the frame, decoded layer by layer and read from the layer's slot, in the order of a frame.
     pub(crate) fn read_layers(&self) -> Result<Vec<f32>, EngineError> {
         let [width, height, layers] = self.axis.layered(self.layout.extent.to_array());
         let channels = self.layout.channels as usize;
@@ -198,7 +201,7 @@ impl BoundLayers {
         Ok(())
     }
 
-    /// Records the whole pass into a picture that it clears first. What is decoded lies between its timestamps.
+    /// Records the whole pass into a picture, which it clears first. Decoding lies between its timestamps.
     pub(crate) fn record(
         &self,
         ring: &LayerRing,

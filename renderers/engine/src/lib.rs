@@ -1,14 +1,16 @@
 //! The only crate that names wgpu: devices, resources, execution, read-back, timing.
 //!
-//! A [`Device`] is opened once and shared. A [`Drawing`] is a [`cvr_core::render::Plan`] made runnable: shader
-//! generated, pipeline built, voxels resident. A device keeps its pipelines: what asks for one again compiles nothing. Whatever the driver refuses comes back as an [`EngineError`] of
-//! the call that caused it; nothing here panics or aborts because of a device.
+//! A [`Device`] is opened once and shared. A [`Drawing`] is a runnable [`cvr_core::render::Plan`]: shader generated,
+//! pipeline built, voxels resident. A device keeps its pipelines, so an equal request compiles nothing. Every driver
+//! error is returned as an [`EngineError`] of the call that caused it. Nothing here panics or aborts because of a
+//! device.
 
 mod adapter;
 mod bindings;
 mod block_texture;
 mod canvas;
 mod capabilities;
+mod compile;
 mod cpu_time;
 mod decoding;
 mod device;
@@ -18,10 +20,12 @@ mod error;
 mod frame_passes;
 mod guard;
 mod layers;
+mod open;
 mod pipelines;
 mod probes;
 mod raster;
 mod readback;
+mod reports;
 mod slabs;
 mod source;
 mod texels;

@@ -1,20 +1,16 @@
-//! Shaders and pipelines that a device has made, kept for whatever asks for the same again: another view, another frame,
-//! another scene.
+//! Shaders and pipelines of a device, kept for equal requests: another view, another frame, another scene.
 
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use cvr_core::render::ProxyVertex;
-use cvr_core::shader::{Binding, BindingKind, Draft, GeneratedShader, Request, ShaderError, draft, generate};
+use cvr_core::shader::{Binding, Draft, GeneratedShader};
 
-use crate::{Device, EngineError};
-
-/// Shaders, and pipelines, that a device keeps at most; of more, those go that have not been asked for longest.
+/// Largest number of shaders, and of pipelines, that a device keeps. The least recently used ones are dropped.
 const MOST_KEPT: usize = 64;
 
-/// What a device keeps.
+/// Shaders and pipelines that a device keeps.
 #[derive(Debug, Default)]
 pub(crate) struct Pipelines {
     shaders: Mutex<Recent<Draft, Arc<GeneratedShader>>>,
@@ -22,13 +18,13 @@ pub(crate) struct Pipelines {
     made: AtomicU64,
 }
 
-/// What a pipeline is made of.
+/// The parts that determine a pipeline.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Key {
-    wgsl: String,
-    entry: String,
-    bindings: Vec<Binding>,
-    target: Target,
+pub(crate) struct Key {
+    pub(crate) wgsl: String,
+    pub(crate) entry: String,
+    pub(crate) bindings: Vec<Binding>,
+    pub(crate) target: Target,
 }
 
 /// What runs a shader.
@@ -36,7 +32,7 @@ struct Key {
 pub(crate) enum Target {
     /// Dispatches.
     Compute,
-    /// Triangles that are blended into a picture of this format.
+    /// Triangles, blended into a picture of this format.
     Blend { vertex: &'static str, format: wgpu::TextureFormat },
 }
 
@@ -44,7 +40,7 @@ pub(crate) enum Target {
 #[derive(Debug)]
 pub(crate) struct Compiled {
     pub(crate) bindings: Vec<Binding>,
-    /// Of each group of bindings.
+    /// One for each group of bindings.
     pub(crate) layouts: Vec<wgpu::BindGroupLayout>,
     pub(crate) pipeline: Executable,
 }
@@ -55,168 +51,60 @@ pub(crate) enum Executable {
     Blend(wgpu::RenderPipeline),
 }
 
-impl Device {
-    /// The shader of a request: one that was made before, if there is one.
-    pub(crate) fn shader(&self, request: &Request<'_>) -> Result<Arc<GeneratedShader>, ShaderError> {
-        let draft = draft(request)?;
-        let kept = &self.pipelines().shaders;
-        if let Some(shader) = lock(kept).get(&draft) {
-            return Ok(shader);
-        }
-        let shader = Arc::new(generate(request)?);
-        lock(kept).insert(draft, Arc::clone(&shader));
-        Ok(shader)
-    }
-
-    /// The pipeline of a shader: one that was made before, if there is one.
-    pub(crate) fn compiled(
+impl Pipelines {
+    /// The shader of a draft: one that was made before, if there is one.
+    pub(crate) fn shader<E>(
         &self,
-        shader: &GeneratedShader,
-        target: Target,
-    ) -> Result<Arc<Compiled>, EngineError> {
-        let (wgsl, entry) = (shader.wgsl.clone(), shader.entry.clone());
-        let key = Key { wgsl, entry, bindings: shader.bindings.clone(), target };
-        let kept = &self.pipelines().compiled;
-        if let Some(compiled) = lock(kept).get(&key) {
-            return Ok(compiled);
-        }
-        let compiled = Arc::new(compile(self, shader, target)?);
-        self.pipelines().made.fetch_add(1, Ordering::Relaxed);
-        lock(kept).insert(key, Arc::clone(&compiled));
-        Ok(compiled)
+        draft: Draft,
+        make: impl FnOnce() -> Result<GeneratedShader, E>,
+    ) -> Result<Arc<GeneratedShader>, E> {
+        kept(&self.shaders, draft, make)
     }
 
-    /// Pipelines that this device has compiled so far. What it took from those that it keeps does not count.
-    #[must_use]
-    pub fn pipelines_compiled(&self) -> u64 {
-        self.pipelines().made.load(Ordering::Relaxed)
+    /// The pipeline of a key: one that was made before, if there is one.
+    pub(crate) fn compiled<E>(
+        &self,
+        key: Key,
+        make: impl FnOnce() -> Result<Compiled, E>,
+    ) -> Result<Arc<Compiled>, E> {
+        kept(&self.compiled, key, || {
+            let compiled = make()?;
+            self.made.fetch_add(1, Ordering::Relaxed);
+            Ok(compiled)
+        })
     }
 
-    /// Forgets shaders and pipelines, so that the next of each is compiled: for measurements of that.
-    pub fn forget_pipelines(&self) {
-        *lock(&self.pipelines().shaders) = Recent::default();
-        *lock(&self.pipelines().compiled) = Recent::default();
+    /// Pipelines that were made so far.
+    pub(crate) fn made(&self) -> u64 {
+        self.made.load(Ordering::Relaxed)
+    }
+
+    /// Forgets shaders and pipelines.
+    pub(crate) fn forget(&self) {
+        *lock(&self.shaders) = Recent::default();
+        *lock(&self.compiled) = Recent::default();
     }
 }
 
-fn compile(device: &Device, shader: &GeneratedShader, target: Target) -> Result<Compiled, EngineError> {
-    let module = device.guarded("compiling a shader", || {
-        let source = wgpu::ShaderSource::Wgsl(shader.wgsl.as_str().into());
-        let label = Some(shader.entry.as_str());
-        Ok(device.wgpu().create_shader_module(wgpu::ShaderModuleDescriptor { label, source }))
-    })?;
-    let layouts = device.guarded("binding what a shader reads", || Ok(layouts(device, shader, target)))?;
-    let pipeline =
-        device.guarded("building a pipeline", || Ok(pipeline(device, shader, target, &module, &layouts)))?;
-    Ok(Compiled { bindings: shader.bindings.clone(), layouts, pipeline })
+/// The value of a key, which is made unless it is there. Nothing waits for another's making.
+fn kept<K: Hash + Eq + Clone, V, E>(
+    all: &Mutex<Recent<K, Arc<V>>>,
+    key: K,
+    make: impl FnOnce() -> Result<V, E>,
+) -> Result<Arc<V>, E> {
+    if let Some(value) = lock(all).get(&key) {
+        return Ok(value);
+    }
+    let value = Arc::new(make()?);
+    lock(all).insert(key, Arc::clone(&value));
+    Ok(value)
 }
 
-fn layouts(device: &Device, shader: &GeneratedShader, target: Target) -> Vec<wgpu::BindGroupLayout> {
-    let stage = match target {
-        Target::Compute => wgpu::ShaderStages::COMPUTE,
-        Target::Blend { .. } => wgpu::ShaderStages::FRAGMENT,
-    };
-    let groups = shader.bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
-    let layout = |group| {
-        let of_group = shader.bindings.iter().filter(|binding| binding.group == group);
-        let entries: Vec<_> = of_group.map(|binding| layout_entry(binding, stage)).collect();
-        let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
-        device.wgpu().create_bind_group_layout(&descriptor)
-    };
-    (0..groups).map(layout).collect()
-}
-
-fn layout_entry(binding: &Binding, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
-    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let storage = |read_only| buffer(wgpu::BufferBindingType::Storage { read_only });
-    let texture = |filterable, view_dimension| wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable },
-        view_dimension,
-        multisampled: false,
-    };
-    let ty = match binding.kind {
-        BindingKind::Uniforms(_) => buffer(wgpu::BufferBindingType::Uniform),
-        BindingKind::Storage { written, .. } | BindingKind::Scratch { written, .. } => storage(!written),
-        BindingKind::Words { .. } => storage(true),
-        BindingKind::Table { .. } => texture(false, wgpu::TextureViewDimension::D2),
-        BindingKind::VolumeTexture { filterable } => texture(filterable, wgpu::TextureViewDimension::D3),
-        BindingKind::VolumeSampler | BindingKind::RingSampler => {
-            wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)
-        }
-    };
-    wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }
-}
-
-fn pipeline(
-    device: &Device,
-    shader: &GeneratedShader,
-    target: Target,
-    module: &wgpu::ShaderModule,
-    layouts: &[wgpu::BindGroupLayout],
-) -> Executable {
-    let layouts: Vec<_> = layouts.iter().map(Some).collect();
-    let layout = device.wgpu().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: None,
-        bind_group_layouts: &layouts,
-        immediate_size: 0,
-    });
-    let (label, layout) = (Some(shader.entry.as_str()), Some(&layout));
-    let compilation_options = wgpu::PipelineCompilationOptions::default();
-    let (vertex, format) = match target {
-        Target::Compute => {
-            return Executable::Compute(device.wgpu().create_compute_pipeline(
-                &wgpu::ComputePipelineDescriptor {
-                    label,
-                    layout,
-                    module,
-                    entry_point: label,
-                    compilation_options,
-                    cache: None,
-                },
-            ));
-        }
-        Target::Blend { vertex, format } => (vertex, format),
-    };
-    let attributes = wgpu::vertex_attr_array![0 => Float32x2, 1 => Uint32];
-    let corners = wgpu::VertexBufferLayout {
-        array_stride: size_of::<ProxyVertex>() as u64,
-        step_mode: wgpu::VertexStepMode::Vertex,
-        attributes: &attributes,
-    };
-    let state = wgpu::ColorTargetState {
-        format,
-        blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-        write_mask: wgpu::ColorWrites::ALL,
-    };
-    Executable::Blend(device.wgpu().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label,
-        layout,
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some(vertex),
-            compilation_options: compilation_options.clone(),
-            buffers: &[Some(corners)],
-        },
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: label,
-            compilation_options,
-            targets: &[Some(state)],
-        }),
-        // Proxies are seen from either side.
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        multiview_mask: None,
-        cache: None,
-    }))
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Values by their keys, [`MOST_KEPT`] of them at most.
+/// Values by their keys, at most [`MOST_KEPT`].
 #[derive(Debug)]
 struct Recent<K, V> {
     kept: HashMap<K, (V, u64)>,

@@ -1,5 +1,5 @@
-//! What a driver offers, tried on known data. A driver that offers a thing and leaves it out raises no error: texels are
-//! zero, slices stay as they were. So what is offered counts only once it has been done.
+//! Probes of drivers on known data. A driver that claims a feature and does not implement it raises no error: texels
+//! are zero, or slices keep their old values. So a feature counts only after it has worked.
 
 use std::borrow::Cow;
 
@@ -7,13 +7,12 @@ use cvr_core::codec::{BlockFormat, BlockTexture, DecodedForm};
 use cvr_core::shader::TextureSampling;
 use cvr_core::volume::{Extent, SampleType, ValueRange, VolumeLayout};
 
-use crate::canvas::Canvas;
-use crate::raster::blend;
+use crate::canvas::{Canvas, blend};
 use crate::slabs::Slabs;
 use crate::{BlockFallback, Capabilities, Device, EngineError, TextureChoice, VolumeTexture};
 
-/// What a device does of all that its driver claims. Takes some milliseconds on llvmpipe, a tenth of a second where its one
-/// shader has never been compiled before. What a probe cannot even ask for is not there.
+/// The claimed capabilities that work. Takes some milliseconds on llvmpipe, and a tenth of a second if its shader was
+/// never compiled before. A feature that a probe cannot request is missing.
 pub(crate) fn of(claimed: &Device) -> Capabilities {
     let mut found = claimed.capabilities().clone();
     if found.bc_sliced_3d.is_ok() && !decodes_blocks(claimed, &blocks()).unwrap_or(false) {
@@ -31,7 +30,7 @@ fn layout(size: [u32; 3]) -> Result<VolumeLayout, EngineError> {
 /// Endpoints of two blocks in each of two slices, in both modes of BC4.
 const ENDS: [[u32; 2]; 4] = [[250, 10], [10, 200], [0, 255], [90, 20]];
 
-/// The words of these blocks, whose voxels have the levels 0 to 7 twice.
+/// The words of these blocks. Their voxels have the levels 0 to 7 twice.
 fn blocks() -> Vec<u32> {
     let indices = (0..16_u64).map(|i| (i % 8) << (3 * i)).sum::<u64>() << 16;
     ENDS.iter().flat_map(|[a, b]| [a | b << 8 | indices as u32, (indices >> 32) as u32]).collect()
@@ -50,7 +49,7 @@ fn level([a, b]: [u32; 2], index: usize) -> f32 {
     }
 }
 
-/// Whether these words read as the known blocks, each voxel as exactly as texture units are held to.
+/// Whether these words decode to the known blocks, within the texture unit's tolerance.
 fn decodes_blocks(device: &Device, words: &[u32]) -> Result<bool, EngineError> {
     let layout = layout([8, 4, 2])?;
     let (format, words) = (BlockFormat::Bc4, Cow::Borrowed(words));
@@ -70,7 +69,7 @@ fn decodes_blocks(device: &Device, words: &[u32]) -> Result<bool, EngineError> {
 /// One value in each of some slices.
 const SLICES: [f32; 5] = [3.0, 1.0, 4.0, 1.5, 9.0];
 
-/// Whether slices of these values come back as the known ones, however many are copied at once.
+/// Whether slices of these values are copied correctly, for any number of slices at once.
 fn copies_slices(device: &Device, values: &[f32]) -> Result<bool, EngineError> {
     let layout = layout([1, 1, SLICES.len() as u32])?;
     let choice =
@@ -84,6 +83,17 @@ fn copies_slices(device: &Device, values: &[f32]) -> Result<bool, EngineError> {
         }
     }
     Ok(true)
+}
+
+impl Device {
+    /// Whether sums can be blended in single precision: the driver claims it, and a probe at the first call succeeded.
+    /// If not, half precision is used.
+    #[must_use]
+    pub fn blends_single(&self) -> bool {
+        *self.known_blending().get_or_init(|| {
+            self.capabilities().float32_blendable && blends(self, wgpu::TextureFormat::Rgba32Float)
+        })
+    }
 }
 
 /// Two colours over each other.
@@ -101,8 +111,8 @@ fn colour(corner: Corner) -> @location(0) vec4<f32> {
 }
 ";
 
-/// Whether a picture of this format sums to the last bits of single precision. Where it cannot, half precision blends.
-pub(crate) fn blends(device: &Device, format: wgpu::TextureFormat) -> bool {
+/// Whether a picture of this format sums in full single precision. If not, half precision is used.
+fn blends(device: &Device, format: wgpu::TextureFormat) -> bool {
     blended(device, format).is_ok_and(|found| {
         // Twice the rounding of a sum near one.
         let below = |first: f32, second: f32| first * (1.0 - 1.0 / 4096.0) + second;
@@ -167,7 +177,7 @@ mod tests {
     use super::*;
     use crate::testing::test_device;
 
-    /// The twins: words and slices that are not what they should be, as on devices that offer what they do not do.
+    /// The twins: wrong words and slices, as on devices that do not implement what they claim.
     #[test]
     fn wrong_blocks_and_slices_are_noticed() {
         let Some(device) = test_device("probes::twins") else { return };
@@ -198,7 +208,7 @@ mod tests {
         }
     }
 
-    /// Sums in half precision are what the probe must notice, and every device has them.
+    /// The probe must detect sums in half precision. Every device can make them.
     #[test]
     fn sums_in_half_precision_are_noticed() {
         let Some(device) = test_device("probes::half") else { return };
@@ -210,7 +220,7 @@ mod tests {
         assert!(!blends(device, half), "{found:?}");
     }
 
-    /// A probe raises no false alarm: what it says is missing is missing.
+    /// A probe gives no false alarm: a feature reported as missing is missing.
     #[test]
     fn what_is_said_to_be_missing_is_missing() {
         let Some(device) = test_device("probes::missing") else { return };
@@ -221,7 +231,7 @@ mod tests {
         assert_eq!(&found, device.capabilities());
         if found.bc_sliced_3d == Err(BlockFallback::NotDecoded) {
             let layout = layout([4, 4, 1]).unwrap();
-            // One block, all of it 200.
+            // One block with the value 200 everywhere.
             let words = Cow::Borrowed(&[200 * 0x101, 0][..]);
             let blocks = BlockTexture { format: BlockFormat::Bc4, words, scale: 255.0, offset: 0.0 };
             let read =

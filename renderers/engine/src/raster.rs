@@ -9,7 +9,7 @@ use crate::bindings::{Bound, Parts, Supplies};
 use crate::pipelines::Target;
 use crate::{Device, EngineError};
 
-/// A render pipeline, what is bound to it, and the triangles that it draws.
+/// A render pipeline, its bindings, and its triangles.
 #[derive(Debug)]
 pub(crate) struct BoundRaster {
     bound: Bound,
@@ -26,7 +26,7 @@ pub(crate) fn target_format(device: &Device, blending: Blending) -> wgpu::Textur
 }
 
 impl BoundRaster {
-    /// The pipeline of `shader`, which holds both entry points, what it reads and draws, and everything bound.
+    /// The pipeline of `shader`, which holds both entry points, with its data and triangles, and everything bound.
     pub(crate) fn new(
         device: &Device,
         (proxies, vertices): (Proxies, &[ProxyVertex]),
@@ -76,35 +76,11 @@ impl BoundRaster {
         self.draw_instance(pass, 0..self.count, 0);
     }
 
-    /// Records some of the triangles, as this instance.
+    /// Records some of the triangles, with this instance index.
     pub(crate) fn draw_instance(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Range<u32>, instance: u32) {
         let Some(buffer) = self.corners.as_ref().filter(|_| self.count > 0) else { return };
         self.bound.set(pass);
         pass.set_vertex_buffer(0, buffer.slice(..));
         pass.draw(vertices, instance..instance + 1);
     }
-}
-
-/// Begins a pass that blends into a picture, or first makes it transparent.
-pub(crate) fn blend<'e>(
-    encoder: &'e mut wgpu::CommandEncoder,
-    view: &wgpu::TextureView,
-    clear: bool,
-    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
-) -> wgpu::RenderPass<'e> {
-    let load = if clear { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
-    let attachment = wgpu::RenderPassColorAttachment {
-        view,
-        depth_slice: None,
-        resolve_target: None,
-        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-    };
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("draw"),
-        color_attachments: &[Some(attachment)],
-        depth_stencil_attachment: None,
-        timestamp_writes,
-        occlusion_query_set: None,
-        multiview_mask: None,
-    })
 }

@@ -7,11 +7,11 @@ use bytemuck::Pod;
 
 use crate::{Device, EngineError};
 
-/// How long an answer may take that is already decided.
+/// Longest time for a result that is already complete.
 const ANSWER: Duration = Duration::from_secs(10);
 
 impl Device {
-    /// The first `bytes` of a buffer (a multiple of 4, not 0) as a vector, once everything submitted is done.
+    /// The first `bytes` of a buffer (a multiple of 4, not 0) as a vector, after all submitted work is done.
     pub(crate) fn read_buffer<T: Pod>(
         &self,
         buffer: &wgpu::Buffer,
@@ -27,16 +27,16 @@ impl Device {
         })
     }
 
-    /// Everything in a mappable buffer; unmaps it again. Call it inside of a guard.
+    /// Everything in a mappable buffer. Unmaps it again. Call it inside a guard.
     pub(crate) fn map_and_read<T: Pod>(&self, staging: &wgpu::Buffer) -> Result<Vec<T>, EngineError> {
         let (done, mapped) = mpsc::channel();
         staging.map_async(wgpu::MapMode::Read, .., move |result| {
-            // The receiver outlives the wait below; a callback that comes later has nobody to tell.
+            // The receiver outlives the wait below. A later callback finds no receiver.
             let _ = done.send(result);
         });
         self.wait()?;
-        // Another thread that polls beside this one may have taken the callback along, and may be about to run
-        // it: the answer can come a moment after the wait is over.
+        // Another thread that polls at the same time may have taken the callback and may be about to run it. So the
+        // result can come shortly after the wait.
         match mapped.recv_timeout(ANSWER) {
             Ok(Ok(())) => {}
             Ok(Err(error)) => return Err(EngineError::Gpu(format!("mapping a buffer: {error}"))),

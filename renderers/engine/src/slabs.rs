@@ -1,4 +1,4 @@
-//! A texture in pieces that fit a buffer: whole slices, or rows of one slice where a slice is too large.
+//! A texture in pieces that fit into a buffer: whole slices, or rows of one slice if a slice is too large.
 
 use cvr_core::codec::{DecodedForm, TexelFormat};
 use cvr_core::render::Contents;
@@ -11,7 +11,7 @@ pub(crate) const WORKGROUP: u32 = 64;
 /// Bytes of the uniform `slab`.
 pub(crate) const SLAB_UNIFORM_BYTES: u64 = 32;
 
-/// Rows of some slices, next to each other in a texture.
+/// Adjacent rows of some slices of a texture.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Slab {
     pub(crate) first_row: u32,
@@ -20,18 +20,18 @@ pub(crate) struct Slab {
     pub(crate) slices: u32,
 }
 
-/// How a texture is cut. In the buffer rows begin every [`Slabs::row_bytes`].
+/// How a texture is cut. In the buffer, rows begin every [`Slabs::row_bytes`].
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct Slabs {
     extent: Extent,
     row_bytes: u64,
-    /// Rows and slices of a slab that is not cut by the border.
+    /// Rows and slices of a piece that the border does not cut.
     rows: u32,
     slices: u32,
 }
 
 impl Slabs {
-    /// Slabs of no more than `most_bytes`.
+    /// Pieces of at most `most_bytes`.
     ///
     /// # Errors
     /// [`EngineError::TooLarge`] when a single row has more.
@@ -53,7 +53,7 @@ impl Slabs {
         Ok(Self { extent, row_bytes, rows: rows.min(u64::from(height)) as u32, slices })
     }
 
-    /// All slabs, in the order of memory.
+    /// All pieces, in the order of memory.
     pub(crate) fn iter(self) -> impl Iterator<Item = Slab> {
         let [_, height, depth] = self.extent.to_array();
         (0..depth).step_by(self.slices as usize).flat_map(move |first_slice| {
@@ -74,12 +74,12 @@ impl Slabs {
         self.row_bytes * slab.rows as u64 * slab.slices as u64
     }
 
-    /// Bytes of the largest slab.
+    /// Bytes of the largest piece.
     pub(crate) const fn most_bytes(self) -> u64 {
         self.row_bytes * self.rows as u64 * self.slices as u64
     }
 
-    /// How a slab lies in a buffer.
+    /// Layout of a piece in a buffer.
     pub(crate) const fn buffer_layout(self, slab: Slab) -> wgpu::TexelCopyBufferLayout {
         wgpu::TexelCopyBufferLayout {
             offset: 0,
@@ -88,7 +88,7 @@ impl Slabs {
         }
     }
 
-    /// What a copy of a slab copies.
+    /// Size of the copy of a piece.
     pub(crate) const fn size(self, slab: Slab) -> wgpu::Extent3d {
         wgpu::Extent3d { width: self.extent.x(), height: slab.rows, depth_or_array_layers: slab.slices }
     }

@@ -1,4 +1,4 @@
-//! Where a drawing's voxels come from.
+//! The voxel source of a drawing.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ pub enum DrawSource<'a> {
         /// Resolution and stages.
         level: Level,
     },
-    /// Decoded layer by layer in every frame, for plans that draw so ([`cvr_core::render::Stage::Layers`]).
+    /// Decoded layer by layer in every picture, for plans with [`cvr_core::render::Stage::Layers`].
     Ring {
         /// Codec id.
         codec: &'a str,
@@ -39,7 +39,7 @@ pub enum DrawSource<'a> {
     },
     /// Decoded before, on the CPU or the device.
     Texture(Arc<VolumeTexture>),
-    /// Held in buffers that modules of the holder's own read.
+    /// Buffers, which modules of their owner read.
     Buffers(Arc<VolumeBuffers>),
 }
 
@@ -48,7 +48,7 @@ pub enum DrawSource<'a> {
 pub struct VolumeBuffers {
     /// Shape of the volume.
     pub layout: VolumeLayout,
-    /// What the names of constants and accessors begin with.
+    /// Prefix of constants and accessors.
     pub name: &'static str,
     /// The modules.
     pub modules: &'static [Template],
@@ -73,7 +73,7 @@ impl VolumeBuffers {
 
 /// A source as the generator and the bindings want it.
 pub(crate) struct Voxels<'a> {
-    /// Shape of the voxels: that of the level.
+    /// Shape of the voxels at the level.
     pub(crate) layout: VolumeLayout,
     pub(crate) source: Source<'a>,
     pub(crate) buffers: Vec<Resource<'a>>,
@@ -81,7 +81,7 @@ pub(crate) struct Voxels<'a> {
 }
 
 impl Voxels<'_> {
-    /// The shader of a program that fetches these voxels, through a filter if it asks for one.
+    /// The shader of a program that fetches these voxels, through a filter if the program needs one.
     pub(crate) fn shader(
         &self,
         device: &Device,
@@ -94,7 +94,7 @@ impl Voxels<'_> {
 }
 
 impl DrawSource<'_> {
-    /// Shape of the voxels that are drawn: that of the volume at the level.
+    /// Shape of the drawn voxels at the level.
     #[must_use]
     pub fn layout(&self) -> VolumeLayout {
         match self {

@@ -1,15 +1,15 @@
-//! The switch for tests that need a device, so that none skips in silence.
+//! The switch for tests that need a device. No test is skipped without a message.
 //!
 //! The environment variable `CVR_DEVICE` says what a test that needs a device does:
 //!
 //! - `required`: run on the best adapter, fail without one (CI);
 //! - `vulkan`, `gl`: the same, on an adapter of that backend;
 //! - `none`: skip;
-//! - `auto`, the default: run where there is an adapter, skip elsewhere.
+//! - `auto`, the default: run if there is an adapter, else skip.
 //!
-//! What became of them is printed, and appended to the file that `CVR_DEVICE_LOG` names, if any, as lines of two fields
-//! with a tab between: `ran` and the adapter, `skipped` and the test, `lacking` and the test with what the device lacks.
-//! The test script ends by printing what the file says.
+//! The results are printed, and appended to the file that `CVR_DEVICE_LOG` names, if any, as two fields separated by a
+//! tab: `ran` and the adapter, `skipped` and the test, or `lacking` and the test with the missing feature. The test
+//! script prints a summary of that file at its end.
 
 use std::cell::RefCell;
 use std::fmt::Display;
@@ -22,7 +22,7 @@ use crate::{Backend, Device, DeviceChoice};
 /// What `CVR_DEVICE` says.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Switch {
-    /// Fail where this does not open.
+    /// Fail if this device does not open.
     Required(DeviceChoice),
     /// The best adapter, if there is one.
     Auto,
@@ -46,7 +46,7 @@ impl FromStr for Switch {
 }
 
 impl Switch {
-    /// That of this process.
+    /// The switch of this process.
     fn of_environment() -> Self {
         let text = std::env::var("CVR_DEVICE").unwrap_or_default();
         text.parse().unwrap_or_else(|sentence| panic!("{sentence}"))
@@ -60,25 +60,25 @@ impl Switch {
     }
 }
 
-/// A context of GL belongs to one thread at a time, and wgpu panics in a thread that waits for it for six seconds, which
-/// another one needs to compile a large shader. So tests on GL wait for each other before they begin.
+/// A GL context belongs to one thread at a time. wgpu panics in a thread that waits six seconds for it, and compiling a
+/// large shader in another thread takes longer. So tests on GL wait for each other before they begin.
 static TURN: Mutex<()> = Mutex::new(());
 
 thread_local! {
-    /// Given back when the thread ends, which is when its test does and everything of it is dropped.
+    /// Released when the thread ends: its test is then finished and all its resources are dropped.
     static HELD: RefCell<Option<MutexGuard<'static, ()>>> = const { RefCell::new(None) };
 }
 
-/// Waits until this thread is the only one on the device, which it then is until it ends.
+/// Waits until this thread is the only user of the device. It stays the only user until it ends.
 fn take_turn() {
     HELD.with_borrow_mut(|held| {
         held.get_or_insert_with(|| TURN.lock().unwrap_or_else(PoisonError::into_inner));
     });
 }
 
-/// The device that the tests of this process share, or `None` where this test is to be skipped.
+/// The device that the tests of this process share. `None` if this test is to be skipped.
 ///
-/// On GL the test that asks is the only one that has the device until its thread ends.
+/// On GL, the calling test has the device to itself until its thread ends.
 ///
 /// # Panics
 /// When `CVR_DEVICE` demands a device and none opens, when it has an unknown value, or when the log cannot be
@@ -114,7 +114,7 @@ pub fn test_device(test_name: &str) -> Option<&'static Device> {
     None
 }
 
-/// A device of the test's own, to be lost or changed: the same adapter as that of [`test_device`], opened once more.
+/// A device for one test, to be lost or changed: the adapter of [`test_device`], opened again.
 ///
 /// # Panics
 /// When it does not open: a test asks [`test_device`] first.
@@ -124,8 +124,8 @@ pub fn another_device() -> Device {
     Device::open(&choice).unwrap_or_else(|e| panic!("a second device does not open: {e}"))
 }
 
-/// Says that a test, or a part of it, cannot run on this device, which lacks what the test is about. Only for what the
-/// device was asked ([`Device::capabilities`], [`Device::blends_single`]), never for a result that is wrong.
+/// Reports that a test, or a part of it, cannot run because this device lacks its feature. Use it only if
+/// [`Device::capabilities`] or [`Device::blends_single`] says so, never for a wrong result.
 ///
 /// # Panics
 /// When the log cannot be written.
@@ -141,12 +141,12 @@ fn log(field: &str, text: &dyn Display) {
         .create(true)
         .append(true)
         .open(&path)
-        // One write, so that tests that run beside each other do not mix their lines.
+        // One write, so that tests in parallel do not mix their lines.
         .and_then(|mut log| log.write_all(line.as_bytes()));
     assert!(logged.is_ok(), "CVR_DEVICE_LOG: {path:?} cannot be written: {logged:?}");
 }
 
-/// Destroys a device, which must not be the shared one of [`test_device`]: the next call on it finds it lost.
+/// Destroys a device. It must not be the shared one of [`test_device`]. The next call on it finds it lost.
 pub fn lose(device: &Device) {
     device.wgpu().destroy();
 }
@@ -158,7 +158,7 @@ mod tests {
 
     use super::*;
 
-    /// A test of this crate that does nothing but ask for the device.
+    /// A test of this crate that only asks for the device.
     const PROBE: &str = "testing::tests::probe";
 
     #[test]
@@ -171,7 +171,7 @@ mod tests {
         }
     }
 
-    /// Runs the probe in a process of its own, since the switch is read from the environment.
+    /// Runs the probe in its own process, because the switch is read from the environment.
     fn run_probe(switch: &str, log: &Path) -> Output {
         Command::new(std::env::current_exe().unwrap())
             .args(["--exact", PROBE, "--nocapture"])
@@ -223,7 +223,7 @@ mod tests {
     #[test]
     fn threads_take_turns_and_give_them_back() {
         use std::sync::atomic::{AtomicU32, Ordering};
-        // Where all tests run in one thread, it may have the turn from an earlier one.
+        // If all tests run in one thread, it may still hold the lock of an earlier one.
         drop(HELD.take());
         let (inside, most) = (AtomicU32::new(0), AtomicU32::new(0));
         std::thread::scope(|scope| {

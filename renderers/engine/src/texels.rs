@@ -4,7 +4,7 @@ use cvr_core::codec::{DecodedForm, TexelFormat};
 use half::f16;
 use rayon::prelude::*;
 
-/// Channels of a texture that holds this many channels of a volume: no device filters three.
+/// Channels of a texture for a volume with this many channels. No device filters three.
 pub(crate) const fn texture_channels(channels: u32) -> usize {
     if channels == 1 { 1 } else { 4 }
 }
@@ -12,13 +12,13 @@ pub(crate) const fn texture_channels(channels: u32) -> usize {
 /// Texels of whole voxels. RGB is padded with a zero channel.
 pub(crate) fn texels(values: &[f32], channels: u32, form: DecodedForm) -> Vec<u8> {
     let texel = |v: f32| (f64::from(v) - f64::from(form.offset)) / f64::from(form.scale);
-    // Double precision, so that integer data meet the integer that they came from.
+    // Double precision, so that integer data return to their integers.
     let unorm = |v: f32, top: f64| (texel(v) * top).round().clamp(0.0, top);
     match form.format {
         TexelFormat::Unorm8 => spread(values, channels, |v| [unorm(v, 255.0) as u8]),
         TexelFormat::Unorm16 => spread(values, channels, |v| (unorm(v, 65535.0) as u16).to_le_bytes()),
         TexelFormat::Float16 => spread(values, channels, |v| f16::from_f64(texel(v)).to_le_bytes()),
-        // Exact without the detour where scale is 1 and offset 0, the only form in use.
+        // Exact without the conversion if scale is 1 and offset is 0, which is the only form in use.
         TexelFormat::Float32 if form == DecodedForm::FLOAT32 => spread(values, channels, f32::to_le_bytes),
         TexelFormat::Float32 => spread(values, channels, |v| (texel(v) as f32).to_le_bytes()),
     }
@@ -43,7 +43,7 @@ fn spread<const BYTES: usize>(
     out
 }
 
-/// The inverse: appends the values of whole texels, the padding of RGB left out.
+/// The inverse: appends the values of whole texels, without the padding of RGB.
 pub(crate) fn values(texels: &[u8], channels: u32, form: DecodedForm, out: &mut Vec<f32>) {
     let bytes = form.format.bytes();
     let value = |texel: f64| (f64::from(form.offset) + f64::from(form.scale) * texel) as f32;

@@ -1,4 +1,4 @@
-//! A decoded frame in a 3-D texture: what the sites *host* and *deferred* draw from; of the site *ring*, four layers.
+//! A decoded frame in a 3-D texture, for the sites *host* and *deferred*; or four layers, for the site *ring*.
 
 use std::sync::Arc;
 
@@ -6,7 +6,6 @@ use cvr_core::codec::{BlockFormat, DecodedForm, TexelFormat};
 use cvr_core::shader::{Source, TextureSampling};
 use cvr_core::volume::VolumeLayout;
 
-use crate::block_texture::block_bytes;
 use crate::slabs::Slabs;
 use crate::texels::{texels, texture_channels, values};
 use crate::upload::SLAB_BYTES;
@@ -17,11 +16,11 @@ use crate::{Capabilities, Device, EngineError, TextureChoice};
 pub struct VolumeTexture {
     layout: VolumeLayout,
     choice: TextureChoice,
-    /// Format of the blocks that the texture unit decodes; `None` where texels are single.
+    /// Format of the blocks that the texture unit decodes. `None` if texels are stored singly.
     blocks: Option<BlockFormat>,
     texture: wgpu::Texture,
     view: wgpu::TextureView,
-    /// What the texels were decoded from.
+    /// The buffers from which the texels were decoded.
     kept: Arc<[wgpu::Buffer]>,
 }
 
@@ -90,7 +89,7 @@ impl VolumeTexture {
         Self::of_format(device, layout, choice, (format, None))
     }
 
-    /// A texture of single texels, or of blocks, then as large as whole blocks are.
+    /// A texture of single texels, or of blocks. With blocks, its size is a whole number of blocks.
     pub(crate) fn of_format(
         device: &Device,
         layout: &VolumeLayout,
@@ -118,18 +117,18 @@ impl VolumeTexture {
         })
     }
 
-    /// The same texture, with buffers that stay on the device as long as it does.
+    /// The same texture. It keeps these buffers on the device while it lives.
     pub(crate) fn keeping(self, buffers: Vec<wgpu::Buffer>) -> Self {
         Self { kept: buffers.into(), ..self }
     }
 
-    /// All samples as they lie in the texture (x fastest, channels interleaved, data units): a texel of 8 or 16 bits is
-    /// the step that it stands for, without the rounding of a device that turns it into a number. Of blocks it is what a
-    /// shader loads, which is what the texture unit decodes.
+    /// All samples in the texture (x fastest, channels interleaved, data units). A texel of 8 or 16 bits gives its
+    /// exact step, without a device's rounding in the conversion to a number. For blocks, a shader loads the values
+    /// that the texture unit decodes.
     ///
     /// # Errors
-    /// [`EngineError::TooLarge`] when not even one row fits a buffer, or the whole does not on a device where a copy must
-    /// begin at the first slice; and what the driver refuses.
+    /// [`EngineError::TooLarge`] if not even one row fits into a buffer, or if the whole texture does not fit on a
+    /// device whose copies must begin at the first slice; and errors of the driver.
     pub fn read(&self, device: &Device) -> Result<Vec<f32>, EngineError> {
         if self.blocks.is_some() {
             return self.load(device);
@@ -140,7 +139,7 @@ impl VolumeTexture {
             let most_bytes = buffer_bytes.min(SLAB_BYTES as u64);
             return self.read_slabs(device, Slabs::new(self.layout.extent, self.texel_bytes(), most_bytes)?);
         }
-        // The one copy that begins at the first slice and reaches the last one.
+        // The single copy that begins at the first slice and ends with the last.
         if whole.most_bytes() > buffer_bytes {
             return Err(EngineError::TooLarge {
                 what: "reading a texture on a device that copies slices from the first one on alone"
@@ -153,7 +152,7 @@ impl VolumeTexture {
         self.read_slabs(device, whole)
     }
 
-    /// As [`VolumeTexture::read`] of single texels, cut like this.
+    /// As [`VolumeTexture::read`] for single texels, in these pieces.
     pub(crate) fn read_slabs(&self, device: &Device, slabs: Slabs) -> Result<Vec<f32>, EngineError> {
         let mut all = Vec::with_capacity(self.layout.samples_per_frame() as usize);
         for slab in slabs.iter() {
@@ -177,26 +176,26 @@ impl VolumeTexture {
         Ok(all)
     }
 
-    /// The same texture, to be filtered by the shader even where the texture unit could.
+    /// The same texture, filtered by the shader even if the texture unit could.
     #[must_use]
     pub fn with_manual_sampling(&self) -> Self {
         let choice = TextureChoice { sampling: TextureSampling::Manual, ..self.choice };
         Self { choice, ..self.clone() }
     }
 
-    /// Shape of the volume that the frame belongs to.
+    /// Shape of the frame's volume.
     #[must_use]
     pub const fn layout(&self) -> &VolumeLayout {
         &self.layout
     }
 
-    /// Form and sampling that shaders are to be generated with, and the fallback in use, if any.
+    /// Form and sampling for the shader generator, and the fallback, if one is used.
     #[must_use]
     pub const fn choice(&self) -> TextureChoice {
         self.choice
     }
 
-    /// Format of the blocks that the texture unit decodes; `None` where texels are single.
+    /// Format of the blocks that the texture unit decodes. `None` if texels are stored singly.
     #[must_use]
     pub const fn blocks(&self) -> Option<BlockFormat> {
         self.blocks
@@ -214,19 +213,19 @@ impl VolumeTexture {
     #[must_use]
     pub fn bytes(&self) -> u64 {
         if let Some(blocks) = self.blocks {
-            return block_bytes(blocks, self.layout.extent);
+            return blocks.bytes(self.layout.extent);
         }
         self.layout.extent.voxels() * self.texel_bytes() as u64
     }
 
-    /// Bytes that stay on the device with it: its texels and, where the device decoded them, the codec's buffers, from
-    /// which it could decode them again. The buffer through which texels go from shader to texture is gone by then.
+    /// Bytes that stay on the device with it: its texels and, if the device decoded them, the codec's buffers, from
+    /// which it can decode again. The buffer that moves texels from shader to texture is freed by then.
     #[must_use]
     pub fn resident_bytes(&self) -> u64 {
         self.bytes() + self.kept.iter().map(wgpu::Buffer::size).sum::<u64>()
     }
 
-    /// Bytes of one texel, if it is no part of a block.
+    /// Bytes of one texel that is not part of a block.
     pub(crate) const fn texel_bytes(&self) -> usize {
         texture_channels(self.layout.channels) * self.choice.form.format.bytes()
     }

@@ -6,8 +6,8 @@ use crate::cpu_time::process_cpu_time;
 use crate::timing::FrameTime;
 use crate::{Device, EngineError};
 
-/// Runs `submit`, which hands work to the device, and waits for that work; `step` begins the message of an error.
-/// The device's own time is reported only where it agrees with the wall clock.
+/// Runs `submit`, which submits work to the device, and waits for it. The message of an error begins with `step`. The
+/// device's own time is returned only if it agrees with the wall clock.
 pub(crate) fn timed(
     device: &Device,
     step: &str,
@@ -33,18 +33,18 @@ fn milliseconds(time: Duration) -> f64 {
     time.as_secs_f64() * 1000.0
 }
 
-/// The device's own time of a frame, if it may be believed: milliseconds from the start of the first pass to
-/// the end of the last, against the wall clock around encode, submit and wait.
+/// The device's own time of a picture in milliseconds, from the start of the first pass to the end of the last, if it
+/// is plausible. It is compared with the wall clock around encode, submit and wait.
 ///
-/// Some drivers report nonsense (0.04 ms for a frame of 104 ms). A true time is positive, does not exceed the
-/// wall clock (5 % for the difference of two clocks), and falls short of it by no more than submission and
-/// waiting cost: 1 ms, or half of a long frame.
+/// Some drivers report nonsense (0.04 ms for a picture that takes 104 ms). A plausible time is positive and at most the
+/// wall clock (plus 5 % for two clocks). It is shorter by at most the cost of submission and waiting: 1 ms, or half of
+/// a long time.
 pub(crate) fn accepted(gpu_ms: f64, wall_ms: f64) -> Option<f64> {
     let believable = gpu_ms > 0.0 && gpu_ms <= wall_ms * 1.05 && wall_ms - gpu_ms <= (0.5 * wall_ms).max(1.0);
     believable.then_some(gpu_ms)
 }
 
-/// A pair of timestamps around the passes of one frame.
+/// A pair of timestamps around the passes of one picture.
 #[derive(Debug)]
 pub(crate) struct FrameTimestamps {
     queries: wgpu::QuerySet,
@@ -56,7 +56,7 @@ pub(crate) struct FrameTimestamps {
 const BYTES: u64 = 16;
 
 impl FrameTimestamps {
-    /// `None` where the device takes no time. Call it inside of a guard.
+    /// `None` if the device has no timestamps. Call it inside a guard.
     pub(crate) fn new(device: &Device) -> Result<Option<Self>, EngineError> {
         if !device.capabilities().timestamps {
             return Ok(None);
@@ -74,7 +74,7 @@ impl FrameTimestamps {
         Ok(Some(Self { queries, resolved, staging, period_ns }))
     }
 
-    /// What pass `index` of `passes` writes, if it is a compute pass.
+    /// The timestamps that pass `index` of `passes` writes, if it is a compute pass.
     pub(crate) fn writes(&self, index: usize, passes: usize) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let [begin, end] = written(index, passes)?;
         Some(wgpu::ComputePassTimestampWrites {
@@ -104,7 +104,7 @@ impl FrameTimestamps {
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.staging, 0, BYTES);
     }
 
-    /// Milliseconds between the two, once the frame is done. Call it inside of a guard.
+    /// Milliseconds between the two, after the picture is done. Call it inside a guard.
     pub(crate) fn read_ms(&self, device: &Device) -> Result<f64, EngineError> {
         let ticks: Vec<u64> = device.map_and_read(&self.staging)?;
         let [start, end] = ticks[..] else { return Ok(f64::NAN) };
@@ -112,7 +112,7 @@ impl FrameTimestamps {
     }
 }
 
-/// The query that each end of a pass writes: the first pass begins the time, the last ends it.
+/// The query that each end of a pass writes. The first pass begins the time, the last ends it.
 fn written(index: usize, passes: usize) -> Option<[Option<u32>; 2]> {
     let (first, last) = (index == 0, index + 1 == passes);
     (first || last).then_some([first.then_some(0), last.then_some(1)])

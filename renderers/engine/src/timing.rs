@@ -1,16 +1,16 @@
-//! The paired timing protocol: a cell is timed turn by turn with the baseline, ABAB…
+//! The paired timing protocol: a cell and the baseline are timed alternately, ABAB…
 //!
-//! Machines change speed while they are measured; a ratio of two neighbours does not care. Pure logic over two
-//! closures that draw one frame each, for devices and CPU mirrors alike.
+//! Machines change speed during a measurement. The ratio of two neighbouring times is not affected. The protocol needs
+//! only two closures that draw one picture each, for devices and CPU mirrors alike.
 
-/// What one frame took.
+/// The time of one picture.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct FrameTime {
     /// Wall clock around encode, submit and wait, in milliseconds; positive.
     pub wall_ms: f64,
-    /// The device's own clock, in milliseconds, where there is one that agrees with the wall clock.
+    /// Milliseconds by the device's own clock, if it has one that agrees with the wall clock.
     pub gpu_ms: Option<f64>,
-    /// CPU time of the whole process over the frame, in milliseconds, where the system tells it.
+    /// CPU time of the whole process for the picture, in milliseconds, if the system reports it.
     pub cpu_ms: Option<f64>,
 }
 
@@ -37,11 +37,11 @@ impl Clock {
 /// How long to measure.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct PairBudget {
-    /// Pairs that are drawn whatever they take; at least 1 is.
+    /// Least number of pairs, regardless of their time. At least 1 is drawn.
     pub min_pairs: usize,
     /// Pairs after which to stop.
     pub max_pairs: usize,
-    /// Seconds of frames (warm-up included) after which no pair beyond `min_pairs` is begun.
+    /// Seconds of drawing (warm-up included) after which no pair beyond `min_pairs` begins.
     pub max_seconds: f64,
 }
 
@@ -52,14 +52,14 @@ impl Default for PairBudget {
     }
 }
 
-/// The outcome of a pairing. Ranges are interquartile.
+/// Result of a pairing. Ranges are interquartile.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct PairedTiming {
     /// Median frame time of the cell, in milliseconds of `clock`.
     pub frame_ms: f64,
     /// Its range.
     pub frame_ms_iqr: f64,
-    /// Median CPU time of the process per frame of the cell, in milliseconds, if every frame has one.
+    /// Median CPU time of the process per picture of the cell, in milliseconds, if every picture has one.
     pub frame_cpu_ms: Option<f64>,
     /// Median frame time of the baseline, in milliseconds of `clock`.
     pub baseline_ms: f64,
@@ -73,12 +73,12 @@ pub struct PairedTiming {
     pub pairs: usize,
 }
 
-/// Rounds of warm-up, unless the first ones take longer than [`WARM_UP_MS`].
+/// Rounds of warm-up, if the first ones do not take longer than [`WARM_UP_MS`].
 const WARM_UP_ROUNDS: usize = 3;
-/// Milliseconds of frames after which a device counts as warm; the first round is always drawn, since it is
-/// the one in which drivers compile.
+/// Milliseconds of drawing after which a device counts as warm. The first round is always drawn, because drivers
+/// compile in it.
 const WARM_UP_MS: f64 = 200.0;
-/// Shortest time that a ratio divides by: one tick of a clock that counts nanoseconds.
+/// Shortest time to divide by: one tick of a nanosecond clock.
 const TICK_MS: f64 = 1e-6;
 
 /// Times `cell` against `baseline`: warm-up, then baseline and cell in turn.
@@ -111,8 +111,8 @@ pub fn paired<E>(
     Ok(summarise(&pairs, min_pairs))
 }
 
-/// Times what is done once per volume and not per frame: one run to warm up, then the median of `runs` (at least 1),
-/// in milliseconds. Timestamps count where every run has one, else the wall clock.
+/// Times work that is done once per volume: one warm-up run, then the median of `runs` (at least 1), in milliseconds.
+/// Timestamps are used if every run has one, else the wall clock.
 ///
 /// # Errors
 /// The first error of `run`.
@@ -128,9 +128,9 @@ pub fn repeated<E>(mut run: impl FnMut() -> Result<FrameTime, E>, runs: usize) -
 
 /// Medians and ranges of at least one pair, by one clock.
 ///
-/// Where a late wake-up of this process makes a frame's timestamp doubtful, its pair is left out: a few such
-/// pairs must not move a cell to another clock than its neighbours'. Only where fewer than `min_pairs`, or less
-/// than half of all, remain are timestamps not to be had, and the wall clock times every pair.
+/// If a late wake-up of this process makes a timestamp doubtful, its pair is left out, so that a few such pairs do not
+/// switch a cell to another clock than its neighbours'. Only if fewer than `min_pairs`, or less than half of all,
+/// remain, the wall clock times every pair.
 fn summarise(pairs: &[[FrameTime; 2]], min_pairs: usize) -> PairedTiming {
     let stamped: Vec<_> =
         pairs.iter().copied().filter(|pair| pair.iter().all(|time| time.gpu_ms.is_some())).collect();
@@ -163,7 +163,7 @@ struct Spread {
 }
 
 impl Spread {
-    /// Of at least one value.
+    /// The quartiles of at least one value.
     fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
@@ -188,7 +188,7 @@ mod tests {
         FrameTime { wall_ms, gpu_ms, cpu_ms: Some(2.0 * wall_ms) }
     }
 
-    /// Draws endlessly: `times[i]` of the `i`-th frame, the last one for ever.
+    /// Draws repeatedly: `times[i]` for picture `i`, then the last one for ever.
     fn replay(times: &[FrameTime]) -> impl FnMut() -> Result<FrameTime, Infallible> {
         let mut i = 0;
         move || {
@@ -252,7 +252,7 @@ mod tests {
         let cell = [frame(11.0, Some(8.0))];
         let timing = paired(replay(&exact), replay(&cell), budget).unwrap();
         assert_eq!((timing.clock, timing.relative, timing.frame_ms), (Clock::Timestamp, 2.0, 8.0));
-        // The 6th frame, third of those that count, lacks one.
+        // The 6th picture, the third that counts, has no timestamp.
         let mut gap = [frame(11.0, Some(8.0)); 7];
         gap[5].gpu_ms = None;
         let timing = paired(replay(&exact), replay(&gap), budget).unwrap();

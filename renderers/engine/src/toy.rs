@@ -37,7 +37,7 @@ pub(crate) struct Toy {
 }
 
 impl Toy {
-    /// Values that tell every voxel from its neighbours.
+    /// Values that differ between neighbouring voxels.
     pub(crate) fn new(extent: [u32; 3], channels: u32) -> Self {
         let extent = Extent::try_from(extent).unwrap();
         let layout = VolumeLayout { channels, ..VolumeLayout::scalar(extent, SampleType::U16) };

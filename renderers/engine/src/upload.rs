@@ -1,12 +1,12 @@
-//! Moving large data to the device in slabs, so that staging memory stays bounded.
+//! Uploads large data in pieces, so that staging memory stays bounded.
 
 use crate::{Device, EngineError};
 
-/// Bytes that are staged at a time. wgpu keeps a copy of everything written until the next submission is done.
+/// Bytes staged at a time. wgpu keeps a copy of everything written until the next submission is done.
 pub(crate) const SLAB_BYTES: usize = 32 << 20;
 
 impl Device {
-    /// A buffer of these bytes, whose number is a multiple of 4 and not 0. Call it inside of a guard.
+    /// A buffer of these bytes. Their number is a multiple of 4 and not 0. Call it inside a guard.
     pub(crate) fn filled_buffer(
         &self,
         label: &str,
@@ -22,7 +22,7 @@ impl Device {
         Ok(buffer)
     }
 
-    /// A zeroed buffer. Call it inside of a guard.
+    /// A zeroed buffer. Call it inside a guard.
     pub(crate) fn empty_buffer(
         &self,
         label: &str,
@@ -43,7 +43,7 @@ impl Device {
         }))
     }
 
-    /// Sends what was written so far on its way, if there is more to come than should be staged at once.
+    /// Submits what was written so far, if more follows than should be staged at once.
     pub(crate) fn flush(&self, much: bool) -> Result<(), EngineError> {
         if much {
             self.queue().submit([]);

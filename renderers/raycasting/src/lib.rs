@@ -1,7 +1,7 @@
 //! Front-to-back raycasting as one compute pass, with its mirror on the CPU.
 //!
-//! The pass (`shaders/raycasting/raycasting.wgsl`, under `shaders/rays/`) and the mirror (`mirror.rs`) are the same arithmetic in the
-//! same order, both in single precision; the mirror defines the golden image.
+//! The pass (`shaders/raycasting/raycasting.wgsl`, under `shaders/rays/`) and the mirror (`mirror.rs`) use the same
+//! arithmetic in the same order, in single precision. The mirror defines the golden image.
 
 mod mirror;
 pub mod modules;

@@ -9,18 +9,18 @@ pub fn draw(view: &View, voxels: &dyn Voxels, image: &mut Image) -> Result<(), R
     mirror.draw(image, |pixel| cast_ray(&mirror, mirror.pixel_ray(pixel)))
 }
 
-/// Premultiplied colour and opacity along a ray. No loop is cut off here.
+/// Premultiplied colour and opacity along a ray. No loop ends early here.
 fn cast_ray(mirror: &Mirror<'_>, ray: Ray) -> Result<[f32; 4], RenderError> {
     let View { step_voxels: step, termination, .. } = *mirror.view();
     let inside = mirror.crossing(&ray);
-    // From where the ray enters: the smaller the numbers, the less the samples' places depend on rounding.
+    // Positions start where the ray enters. Smaller numbers have smaller rounding errors.
     let entry = Ray { origin: ray.origin + ray.direction * inside.near, ..ray };
     let end = inside.far - inside.near;
 
     let mut result = [0.0_f32; 4];
     let mut i = mirror.next_sample(0, &entry, end);
-    // A sample stands for the piece of ray around it. The last piece is cut at the border, so that the picture
-    // does not depend on how the division rounds.
+    // A sample stands for the piece of ray around it. The last piece is cut at the border, so that the picture does not
+    // depend on the rounding of the division.
     while i as f32 * step < end {
         let start = i as f32 * step;
         let piece = step.min(end - start);
@@ -28,8 +28,8 @@ fn cast_ray(mirror: &Mirror<'_>, ray: Ray) -> Result<[f32; 4], RenderError> {
             mirror.optical(entry.origin + entry.direction * (start + 0.5 * piece), entry.direction)?;
         if a > 0.0 {
             let weight = opacity_over(a, piece) * (1.0 - result[3]);
-            // The last sample counts as far as the ray goes: whether it ends here or one sample later, which
-            // rounding may decide, is then the same picture.
+            // The last sample counts only up to the end of the ray. So the picture is the same whether the ray ends
+            // here or, by rounding, one sample later.
             let rest = termination - result[3];
             for (sum, term) in result.iter_mut().zip([r, g, b, 1.0]) {
                 *sum += term * weight.min(rest);
@@ -79,7 +79,7 @@ mod tests {
         image
     }
 
-    /// Through a homogeneous volume, opacity is that of the path's length, whatever the step.
+    /// In a homogeneous volume, opacity depends on the length of the path, not on the step.
     #[test]
     fn opacity_is_that_of_the_length_at_any_step() {
         let voxels = volume(16, |_| 0.5);
@@ -109,7 +109,8 @@ mod tests {
         }
     }
 
-    /// An opacity a hair below the threshold goes on to the next sample, one a hair above does not: nobody may see it.
+    /// An opacity slightly below the threshold goes on to the next sample; one slightly above does not. The difference
+    /// must not be visible.
     #[test]
     fn the_end_of_a_ray_does_not_jump() {
         let voxels = volume(16, |_| 0.5);
@@ -128,7 +129,7 @@ mod tests {
         assert!(below.iter().zip(&above).all(|(a, b)| (a - b).abs() < 1e-5), "{below:?} {above:?}");
     }
 
-    /// Along an axis every sample may lie on a face between two voxels; the least rounding must not choose.
+    /// Along an axis every sample may lie on a face between two voxels. Rounding must not choose the voxel.
     #[test]
     fn samples_on_voxel_faces_do_not_depend_on_rounding() {
         let voxels = volume(16, |i| ((i + i / 16 + i / 256) % 2) as f32);
@@ -149,7 +150,8 @@ mod tests {
         }
     }
 
-    /// A slab bright at low x must appear on the left at azimuth 0, and one bright at high z at the top.
+    /// A layer that is bright at low x must appear on the left at azimuth 0, and one that is bright at high z at the
+    /// top.
     #[test]
     fn the_picture_is_not_mirrored() {
         let camera = Camera { azimuth: 0.0, elevation: 0.0, ..Camera::default() };

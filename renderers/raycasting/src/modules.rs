@@ -1,6 +1,6 @@
 //! The renderer's own WGSL.
 
 cvr_shaders::modules! { "/../../shaders/", "raycasting/":
-    /// What a sample adds to a ray.
+    /// Adds a sample to a ray.
     RAYCASTING = "raycasting.wgsl";
 }

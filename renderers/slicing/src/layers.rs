@@ -1,9 +1,9 @@
 //! The pass that draws a view from a ring of four decoded layers: deferred filtering after Fout and Ma (2007, section
-//! 5), a stack along the volume's main axis that is decoded as far as the slices have come.
+//! 5). The stack lies along the volume's main axis. Layers are decoded as the slices need them.
 //!
-//! Samples are grouped by the *cell* that they lie in, between the centres of two neighbouring layers, and cells follow
-//! each other as slices do: no ray meets them in another order. A slab that reaches over several cells is drawn with each
-//! of them, and the shader takes each of its samples where the sample's own cell comes, so that any step is possible.
+//! Samples are grouped by *layer pair*: the space between the centres of two neighbouring layers. Pairs are drawn in
+//! the order of slices, so every ray meets them in that order. A slab that reaches over several pairs is drawn with
+//! each of them, and the shader takes each sample only with its own pair. So any step is possible.
 
 use std::ops::Range;
 
@@ -15,8 +15,8 @@ use crate::plan::slices;
 use crate::slabs::Slabs;
 use crate::{Geometry, Slicing};
 
-/// Cells count as this much larger at either end when what reaches into them is looked for, in voxels: far more than the
-/// rounding of a sample's place in single precision.
+/// Layer pairs are enlarged by this many voxels at either end when slabs that reach into them are searched. It is far
+/// more than the rounding of a position in single precision.
 const MARGIN: f32 = 0.0625;
 
 pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Plan, RenderError> {
@@ -33,21 +33,21 @@ pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Pla
     Ok(Plan { size: view.size, passes: vec![pass] })
 }
 
-/// What the layers of a stack across an axis of the volume lie across.
+/// The volume's axis along which a stack lies.
 fn axis_of(slabs: &Slabs) -> Axis {
     Axis::ALL.into_iter().find(|axis| slabs.normal[axis.index()] != 0.0).unwrap_or(Axis::Z)
 }
 
-/// The layers of a volume along the axis of a stack of slices, and what a view reads of them.
+/// The layers of a volume along the axis of a stack, and the part that a view reads.
 struct Stack {
     axis: Axis,
     layers: i32,
-    /// The cells that hold samples: −1 is the half voxel below the first layer's centre, and the last layer's number that
-    /// above its centre.
+    /// The layer pairs that hold samples, by the lower layer. −1 is the half voxel below the first layer's centre; the
+    /// last layer's number is the half voxel above its centre.
     cells: Range<i32>,
-    /// Layers beside its own two that a sample in a cell reads.
+    /// Number of layers that a sample of a layer pair reads on each side of the pair.
     reach: i32,
-    /// Whether anything shows in the macrocells of a row along the axis; `None` where nothing is skipped.
+    /// Whether anything shows in each row of macrocells along the axis. `None` without skipping.
     shows: Option<Vec<bool>>,
 }
 
@@ -63,7 +63,7 @@ impl Stack {
         Self { axis, layers, cells: first..last + 1, reach: i32::from(view.shading.is_some()), shows }
     }
 
-    /// What is decoded and drawn, the farthest cell first.
+    /// The steps that decode and draw, the farthest layer pair first.
     fn steps(&self, slabs: &Slabs, vertices: &[ProxyVertex]) -> Vec<LayerStep> {
         let along = slabs.normal[self.axis.index()];
         let farthest_first = |range: Range<i32>| {
@@ -85,7 +85,7 @@ impl Stack {
         filling.steps
     }
 
-    /// Whether a macrocell that samples of a cell lie in shows anything.
+    /// Whether a macrocell with samples of a layer pair shows anything.
     fn may_show(&self, cell: i32) -> bool {
         let Some(rows) = &self.shows else { return true };
         let row = |x: f32| ((x / Macrocells::EDGE as f32).floor().max(0.0) as usize).min(rows.len() - 1);
@@ -103,8 +103,8 @@ fn rows_that_show(macrocells: &Macrocells, axis: usize) -> Vec<bool> {
     rows
 }
 
-/// The vertices of the slabs that reach into a cell. Slabs are counted along the stack's direction, `along` times an axis
-/// of the volume; vertices begin with the last of them.
+/// The vertices of the slabs that reach into a layer pair. Slabs are counted along the stack's direction, which is
+/// `along` times an axis of the volume. The vertices begin with the last slab.
 fn of_cell(slabs: &Slabs, vertices: &[ProxyVertex], along: f32, cell: i32) -> Range<u32> {
     let at = |x: f32| (along * x - slabs.first) / slabs.thickness;
     let (a, b) = (at(cell as f32 + 0.5 - MARGIN), at(cell as f32 + 1.5 + MARGIN));
@@ -113,7 +113,7 @@ fn of_cell(slabs: &Slabs, vertices: &[ProxyVertex], along: f32, cell: i32) -> Ra
     before(end)..before(begin - 1.0)
 }
 
-/// Steps so far, and what they leave in the ring and in the buffer of one layer.
+/// The steps so far, and the resulting content of the ring and of the buffer of one layer.
 #[derive(Default)]
 struct Filling {
     steps: Vec<LayerStep>,
@@ -122,8 +122,8 @@ struct Filling {
 }
 
 impl Filling {
-    /// Sees to it that a layer is in its slot; beyond the border it is the outermost one. Asked for in the order of cells,
-    /// that one is still in the buffer when it is placed again.
+    /// Ensures that a layer is in its slot. Beyond the border it is the outermost layer. Calls are in the order of
+    /// layer pairs, so the outermost layer is still in the buffer when it is placed again.
     fn hold(&mut self, number: i32, layers: i32) {
         let layer = number.clamp(0, layers - 1) as u32;
         let slot = number.rem_euclid(RING_LAYERS as i32) as u32;

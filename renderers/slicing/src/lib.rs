@@ -1,14 +1,14 @@
-//! Slicing: a stack of slices, blended back to front by the hardware, with its mirror on the CPU.
+//! Slicing: a stack of slices, blended back to front by the hardware, with a CPU mirror.
 //!
-//! Three geometries (Guthe and Straßer 2001, section 4.1): *planes* upright to the view; *axis*, planes across the axis
-//! of the volume that the view runs along most, as stacks of textures have them; *shells*, parts of spheres around the
-//! eye. A slice stands for the slab around it. What a slice adds along a ray is the opacity of the *piece of that ray*
-//! within its slab, so that the brightness depends neither on the angle nor on the axis of the stack.
+//! Three geometries (Guthe and Straßer 2001, section 4.1): *planes*, perpendicular to the view; *axis*, planes across
+//! the axis of the volume that is closest to the view direction, as in stacks of textures; *shells*, parts of spheres
+//! around the eye. A slice stands for the slab around it. Along a ray, a slice adds the opacity of the *piece of that
+//! ray* within its slab. So brightness depends neither on the angle nor on the axis of the stack.
 //!
 //! Slices of the geometry *axis* can also be drawn from a ring of four decoded layers, for the site *ring*.
 //!
-//! `shaders/slicing` and `mirror` are the same arithmetic in the same order; the mirror sums in single precision.
-//! Slices cannot end a ray early: `early_termination` means nothing to this renderer.
+//! `shaders/slicing` and `mirror` use the same arithmetic in the same order. The mirror sums in single precision.
+//! Slices cannot end a ray early, so this renderer ignores `early_termination`.
 
 mod layers;
 mod mirror;
@@ -59,20 +59,19 @@ pub enum Geometry {
     Planes,
     /// Planes across the volume's axis that is nearest to the view.
     Axis,
-    /// Spheres around the eye; of parallel rays, whose eye is infinitely far away, planes.
+    /// Spheres around the eye. For parallel rays, whose eye is infinitely far away, planes.
     Shells,
 }
 
-/// How a slice's opacity follows from the way of the ray through its slab.
+/// How a slice's opacity follows from the length of the ray in its slab.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
 pub enum OpacityCorrection {
     /// 1 − (1 − α)^d.
     #[default]
     Exact,
     /// Interpolated between the opacities of one and of two slice distances, as in the paper, which tabulates the
-    /// weight of least relative error. Its printed equation 2 holds of transparencies, its text of opacities, and the
-    /// two give different weights; this is the text's, which is within 3 % of the exact opacity where the other is off
-    /// by 9 %.
+    /// weight of least relative error. The paper's equation 2 uses transparencies, its text opacities. The two give
+    /// different weights. This is the text's: it is within 3 % of the exact opacity, the other within 9 %.
     Lerp,
 }
 

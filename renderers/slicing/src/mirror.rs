@@ -36,7 +36,7 @@ pub fn draw(
     })
 }
 
-/// What the shader's `slice` returns; `None` where it discards.
+/// The result of the shader's `slice`. `None` if it discards.
 fn fragment(
     slicing: &Slicing,
     mirror: &Mirror<'_>,
@@ -60,7 +60,7 @@ fn fragment(
     Ok(Some([r * opacity, g * opacity, b * opacity, opacity]))
 }
 
-/// Opacity of a piece of ray within a slab, from that of one voxel length.
+/// Opacity of a piece of ray within a slab, from the opacity per voxel length.
 pub fn slice_opacity(correction: OpacityCorrection, alpha: f32, piece: f32, thickness: f32) -> f32 {
     match correction {
         OpacityCorrection::Exact => opacity_over(alpha, piece),

@@ -13,7 +13,7 @@ pub fn plan(slicing: &Slicing, view: &View, layout: &VolumeLayout) -> Result<Pla
     Ok(Plan { size: view.size, passes: vec![pass] })
 }
 
-/// All slices, with the corners that `proxy` says, and the slabs that they stand for.
+/// All slices, with the vertices that `proxy` declares, and their slabs.
 pub fn slices(
     slicing: &Slicing,
     view: &View,

@@ -1,5 +1,5 @@
-//! Proxy geometry: polygons that cover where each slab of the drawn box is seen. A polygon may cover more than that,
-//! never less; what a fragment shows is decided in the shader.
+//! Proxy geometry: polygons that cover each slab of the drawn box in the picture. A polygon may cover more, but never
+//! less. The shader decides what a fragment shows.
 
 use cvr_core::render::{Projection, ProxyVertex, RayFrame, View};
 use cvr_core::volume::VolumeLayout;
@@ -10,7 +10,7 @@ use crate::slabs::{Slabs, corner_rays, corners};
 
 /// Points nearer to the eye than this, in voxel lengths, are not projected.
 const NEAR: f64 = 1e-3;
-/// Polygons grow by this many pixels, so that no rounding leaves out a pixel centre.
+/// Polygons grow by this many pixels, so that rounding misses no pixel centre.
 const MARGIN_PIXELS: f64 = 0.5;
 
 /// Triangles that cover every slab, the farthest slab first.
@@ -18,7 +18,7 @@ pub fn proxies(slabs: &Slabs, view: &View, layout: &VolumeLayout, rays: &RayFram
     let picture = Picture::new(view, rays);
     let voxel_size = rays.voxel_size.as_dvec3();
     let bounds = view.bounds(layout.extent).map(|corner| corner.as_dvec3() * voxel_size);
-    // Shells bulge away from the plane that touches them, most at the picture's corners.
+    // Shells curve away from their tangent plane, most at the picture's corners.
     let bulge = corner_rays(rays, view.size).iter().map(|ray| 1.0 / ray.length()).fold(1.0, f64::min);
     let mut vertices = Vec::new();
     for slice in (0..slabs.count).rev() {
@@ -72,7 +72,7 @@ impl Picture {
             Projection::Perspective => (rays.direction_right, rays.direction_up),
             Projection::Orthographic => (rays.origin_right, rays.origin_up),
         };
-        // By which a point's offset becomes image-plane units: u = offset · right / |right|².
+        // Converts a point's offset to image-plane units: u = offset · right / |right|².
         let per_unit = |axis: DVec3| axis / axis.length_squared();
         let size = DVec2::new(f64::from(view.size[0]), f64::from(view.size[1]));
         Self {
@@ -86,7 +86,7 @@ impl Picture {
         }
     }
 
-    /// A point by its offsets from the eye: right, up (both before the division by depth), depth.
+    /// A point by its offsets from the eye: right and up (before the division by depth), and depth.
     fn seen(&self, world: DVec3) -> DVec3 {
         let offset = world - self.eye;
         DVec3::new(offset.dot(self.right), offset.dot(self.up), offset.dot(self.forward))
@@ -102,7 +102,7 @@ impl Picture {
             let (a, b) = (corners[i], corners[i | axis]);
             for depth in [begin, end] {
                 let t = (depth - a.z) / (b.z - a.z);
-                // An edge along the slab has no such point: t is no number then, or infinite.
+                // An edge parallel to the slab has no such point: t is NaN or infinite.
                 if (0.0..=1.0).contains(&t) {
                     points.push(a + (b - a) * t);
                 }
@@ -111,8 +111,8 @@ impl Picture {
         points
     }
 
-    /// The convex polygon that covers points, counter-clockwise, in normalised device coordinates; the whole picture
-    /// where one lies beside or behind the eye.
+    /// The convex polygon that covers the points, counter-clockwise, in normalised device coordinates. The whole
+    /// picture if a point lies beside or behind the eye.
     fn polygon(&self, points: &[DVec3]) -> Vec<DVec2> {
         if self.perspective && points.iter().any(|p| p.z < NEAR) {
             return [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
@@ -120,7 +120,7 @@ impl Picture {
                 .to_vec();
         }
         let project = |p: &DVec3| p.truncate() * self.scale / if self.perspective { p.z } else { 1.0 };
-        // Each point as a box of the margin's size: what is thinner than a pixel is then still an area.
+        // Each point becomes a box of the margin's size, so that a polygon thinner than a pixel still has an area.
         let grown = points.iter().map(project).flat_map(|p| {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(x, y)| p + self.margin * DVec2::new(x, y))

@@ -1,4 +1,4 @@
-//! The slabs that slices stand for, and where a ray crosses them.
+//! The slabs of slices, and the crossings of rays with them.
 
 use cvr_core::render::mirror::{Crossing, Ray};
 use cvr_core::render::{Projection, RayFrame, RenderError, View};
@@ -8,23 +8,24 @@ use glam::{DVec3, Vec3};
 
 use crate::Geometry;
 
-/// Slabs beyond this number would be thinner than any eye or any pixel can tell.
+/// Most slabs. More would be thinner than any visible difference.
 const MOST_SLABS: f64 = 65536.0;
-/// Cosine between a ray and the axis of its stack below which slices would be crossed the wrong way, or not at all.
+/// Least cosine between a ray and the axis of its stack. Below it, rays would cross slices in the wrong direction or
+/// not at all.
 const LEAST_COSINE: f64 = 0.02;
 
 /// A stack of slabs of equal thickness.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Slabs {
-    /// Between what they lie. Never shells for parallel rays.
+    /// Shape of the surfaces between slabs. Never shells for parallel rays.
     pub geometry: Geometry,
-    /// Distance across flat slabs is `normal · x` for `x` in voxel coordinates, in voxel lengths.
+    /// Distance across flat slabs, in voxel lengths, is `normal · x` for `x` in voxel coordinates.
     pub normal: Vec3,
-    /// Where slab 0 begins: along the normal, or, for shells, from the eye.
+    /// Position of slab 0: along the normal, or, for shells, the distance from the eye.
     pub first: f32,
     /// In voxel lengths.
     pub thickness: f32,
-    /// Number of slabs, which together hold all that is drawn before the eye.
+    /// Number of slabs. Together they hold everything drawn in front of the eye.
     pub count: u32,
 }
 
@@ -86,8 +87,8 @@ impl Slabs {
         SlabsUniform { normal: self.normal, first: self.first }
     }
 
-    /// Where a ray, counted from its entry into the box, crosses a slab; `travelled` is the way from the eye to the
-    /// entry. `slab_crossing` of the shaders.
+    /// The part of a ray, counted from its entry into the box, that lies in a slab. `travelled` is the distance from
+    /// the eye to the entry. `slab_crossing` of the shaders.
     pub fn crossing(&self, entry: &Ray, travelled: f32, slice: u32) -> Crossing {
         let at = |slice: u32| slice as f32 * self.thickness;
         if self.geometry == Geometry::Shells {
@@ -100,7 +101,7 @@ impl Slabs {
         Crossing { near: a.min(b), far: a.max(b) }
     }
 
-    /// The slabs that a ray may cross on its way of length `end` through the box.
+    /// The slabs that a ray may cross within the length `end` through the box.
     pub fn crossed(&self, entry: &Ray, travelled: f32, end: f32) -> std::ops::Range<u32> {
         let (begin, speed) = match self.geometry {
             Geometry::Shells => (travelled - self.first, 1.0),
@@ -109,13 +110,14 @@ impl Slabs {
             }
         };
         let (a, b) = (begin / self.thickness, (begin + end * speed) / self.thickness);
-        // One more on each side: what rounding puts there crosses by a piece of no length.
+        // One more on each side. Slabs added by rounding are crossed with length zero.
         let from = (a.min(b) - 1.0).max(0.0) as u32;
         let to = (a.max(b) + 2.0).clamp(0.0, self.count as f32) as u32;
         from.min(to)..to
     }
 
-    /// Way across the slabs per voxel length of the ray; a ray within the plane of a slab would divide by zero.
+    /// Speed across the slabs per voxel length of the ray. For a ray parallel to the slabs, a minimum prevents division
+    /// by zero.
     fn speed(&self, entry: &Ray) -> f32 {
         let across = self.normal.dot(entry.direction);
         if across.abs() < 1e-9 { 1e-9 } else { across }
@@ -135,7 +137,8 @@ fn main_axis(direction: DVec3) -> DVec3 {
     axis * direction.dot(axis).signum()
 }
 
-/// Every ray must run through the stack as the central one does, or its slices are blended in the wrong order.
+/// Checks that every ray runs through the stack in the same direction as the central one. Else slices would be blended
+/// in the wrong order.
 fn check_rays(normal: DVec3, rays: &RayFrame, size: [u32; 2]) -> Result<(), RenderError> {
     for direction in corner_rays(rays, size) {
         if normal.dot(direction.normalize()) < LEAST_COSINE {
@@ -148,7 +151,7 @@ fn check_rays(normal: DVec3, rays: &RayFrame, size: [u32; 2]) -> Result<(), Rend
     Ok(())
 }
 
-/// World directions of the rays through the picture's corners, of length 1 along the view.
+/// World directions of the rays through the picture's corners, with length 1 along the view direction.
 pub fn corner_rays(rays: &RayFrame, [width, height]: [u32; 2]) -> [DVec3; 4] {
     let voxel_size = rays.voxel_size.as_dvec3();
     let half = f64::from(rays.pixel) / 2.0;

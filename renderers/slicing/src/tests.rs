@@ -1,4 +1,4 @@
-//! What slices promise: opacity by length, brightness that does not depend on the angle, proxies that cover.
+//! Properties of slices: opacity by length, brightness independent of the angle, proxies that cover.
 
 use std::sync::Arc;
 
@@ -50,7 +50,7 @@ fn brightness(image: &Image) -> f64 {
     image.pixels().iter().map(|pixel| f64::from(pixel[3])).sum::<f64>() / image.pixels().len() as f64
 }
 
-/// Through a homogeneous volume, opacity is that of the way through it, whatever geometry, step and angle.
+/// In a homogeneous volume, opacity depends only on the length of the path, for every geometry, step and angle.
 #[test]
 fn opacity_is_that_of_the_length_at_any_step_and_angle() {
     let voxels = volume([16; 3], [1.0; 3], |_| 1.0);
@@ -78,14 +78,14 @@ fn opacity_is_that_of_the_length_at_any_step_and_angle() {
     }
 }
 
-/// Largest change of brightness from one view to the next, as a share of the mean.
+/// Largest change of brightness from one view to the next, as a fraction of the mean.
 fn largest_jump(series: &[f64]) -> f64 {
     let mean = series.iter().sum::<f64>() / series.len() as f64;
     series.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max) / mean
 }
 
-/// Brightness of a soft ball at every degree of a turn, whose axis changes on the way; a ball looks the same from
-/// everywhere.
+/// Brightness of a soft ball at every degree of a turn. The axis of the stack changes during it. A ball looks the same
+/// from every side.
 fn turn(draw: impl Fn(&View) -> Image) -> Vec<f64> {
     let view = View { size: [48, 48], step_voxels: 1.0, ..View::new(ramp(0.2)) };
     let at = |azimuth: u32| {
@@ -111,7 +111,7 @@ fn brightness_does_not_jump_over_a_turn() {
                 let slicing = Slicing { geometry, opacity_correction, ..Slicing::default() };
                 let series = turn(|view| draw(&slicing, view, &voxels));
                 let jump = largest_jump(&series);
-                // The interpolated correction is off by up to a few percent between two axes, but it does not jump.
+                // Between two axes, the interpolated correction is off by up to a few percent, but it does not jump.
                 assert!(jump < 0.004, "{geometry:?}, {opacity_correction:?}: {jump}");
                 let spread =
                     series.iter().copied().fold(0.0, f64::max) / series.iter().copied().fold(1.0, f64::min);
@@ -122,8 +122,8 @@ fn brightness_does_not_jump_over_a_turn() {
     }
 }
 
-/// The same series where slices keep the opacity of their thickness, whatever the way through them, and where the
-/// thickness is that of the voxels along the main axis: what the correction is for.
+/// The same series without correction: slices keep the opacity of their thickness, which is a voxel along the main
+/// axis. It shows why the correction is needed.
 #[test]
 fn a_stack_without_correction_is_seen_to_jump() {
     let voxels = ball([28, 14, 28], [1.0, 2.0, 1.0]);
@@ -150,7 +150,7 @@ fn parallel_rays_turn_shells_into_planes() {
     assert!(planes != draw(&slicing(Geometry::Axis), &view, &voxels));
 }
 
-/// The weight of which the paper tabulates numbers: that of least square error relative to the opacity.
+/// The weight that the paper tabulates: that of the least squared error relative to the opacity.
 #[test]
 fn the_interpolated_correction_has_the_weight_of_least_relative_error() {
     // Opacities of 1, 2 and d slices for all α, each relative to α.
@@ -168,7 +168,7 @@ fn the_interpolated_correction_has_the_weight_of_least_relative_error() {
             above += (exact - one) * (two - one);
             below += (two - one) * (two - one);
         }
-        // α = 1/2 tells t: its opacities of one and two slices are 1/2 and 3/4.
+        // α = 1/2 shows t: its opacities for one and two slices are 1/2 and 3/4.
         let opacity = slice_opacity(OpacityCorrection::Lerp, 0.5, d as f32, 1.0);
         let t = (f64::from(opacity) - 0.5) / 0.25;
         assert!((t - above / below).abs() < 4e-4, "d {d}: {t} for {}", above / below);
@@ -190,7 +190,7 @@ fn the_interpolated_correction_is_near_the_exact_one_and_never_beyond_opaque() {
     assert!(both(0.5, 0.0)[1] == 0.0, "what the ray does not cross adds nothing");
 }
 
-/// Fragments that show something and lie in no triangle of their slice, out of how many.
+/// Number of visible fragments outside all triangles of their slice, and number of all visible fragments.
 fn uncovered(geometry: Geometry, view: &View, voxels: &DecodedFrame, shrink: f32) -> (usize, usize) {
     let mirror = Mirror::new(view, voxels);
     let layout = cvr_core::render::Voxels::layout(voxels);
@@ -212,7 +212,7 @@ fn uncovered(geometry: Geometry, view: &View, voxels: &DecodedFrame, shrink: f32
         let centre = Vec2::new(centre.x, -centre.y);
         for slice in 0..slabs.count {
             let slab = slabs.crossing(&entry, inside.near, slice);
-            // Less than a ten-thousandth of a voxel shows nothing.
+            // A length below a ten-thousandth of a voxel does not count.
             let shows = slab.far.min(end) - slab.near.max(0.0) > 1e-4;
             let holds = |t: &[Vec2; 3]| {
                 let side = |a: Vec2, b: Vec2| (b - a).perp_dot(centre - a);
@@ -269,7 +269,7 @@ fn what_cannot_be_sliced_is_refused_with_a_way_out() {
     assert!(refuse(Geometry::Planes, &fine).contains("at most 65536"));
 }
 
-/// A ray that the camera sends past the volume meets no slices, and a picture of nothing needs no triangles to be one.
+/// A ray beside the volume meets no slices. An empty picture needs no triangles.
 #[test]
 fn a_view_beside_the_volume_is_empty() {
     let voxels = volume([4; 3], [1.0; 3], |_| 1.0);

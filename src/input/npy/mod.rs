@@ -1,7 +1,7 @@
 //! NPY, the array file of NumPy: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 //!
 //! The index of an array is `[z, y, x]`, `[frame, z, y, x]`, `[z, y, x, 3]` (colours: a last axis of 3) or
-//! `[frame, z, y, x, channel]`, whichever of its axes runs fastest in the file. Of four axes a last one of 1, 2 or 4 is
+//! `[frame, z, y, x, channel]`, in any memory order. Of four axes a last one of 1, 2 or 4 is
 //! refused: it may be channels.
 //!
 //! The crate `ndarray-npy` reads the header. The voxels are read here, because its arrays reserve all the memory that the
@@ -140,7 +140,7 @@ fn sample_type(descriptor: &str) -> Option<(StoredType, ByteOrder)> {
     }
 }
 
-/// What the axes of an array's index are.
+/// The meanings of an array's axes.
 fn shape(shape: &[usize]) -> Option<(Shape, Vec<Axis>)> {
     let index = match shape {
         [_, _, _] => vec![Axis::Z, Axis::Y, Axis::X],

@@ -147,7 +147,7 @@ fn named_kind(word: &str, size: u32) -> Option<Kind> {
     }
 }
 
-/// From `spacings`, or the lengths of the `space directions`, or 1.
+/// The spacing from `spacings`, or the lengths of the `space directions`, or 1.
 fn spacing(
     fields: &Fields,
     directions: Option<&[Option<f64>]>,

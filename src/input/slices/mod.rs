@@ -16,7 +16,7 @@ use super::layout::{Shape, StoredLayout};
 use super::samples::{NoMemory, SampleSink};
 use super::{ByteOrder, InputError, InputVolume, Place};
 
-/// What one picture holds.
+/// Content of one picture.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 struct Slice {
     width: u32,
@@ -45,7 +45,7 @@ struct Stack {
     first: Option<Slice>,
     sink: Option<SampleSink>,
     depth: u32,
-    /// What each file said of it, where it said it of all axes.
+    /// Spacing that every file states, if it states all axes.
     spacing: Option<Option<[f64; 3]>>,
     /// Slices that a file promised of itself and others together, and where.
     promised: Option<(u64, Place)>,

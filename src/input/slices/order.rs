@@ -18,7 +18,7 @@ pub(in super::super) fn sort_naturally(files: &mut [PathBuf]) {
     files.sort_by_cached_key(|file| Key::new(file, reading));
 }
 
-/// What a single dot between digits is.
+/// Meaning of a single dot between digits.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 enum Dots {
     Decimal,
@@ -26,7 +26,7 @@ enum Dots {
 }
 
 impl Dots {
-    /// What it is in all of these names.
+    /// The meaning of dots in all of these names.
     fn of(files: &[PathBuf]) -> Self {
         let mut shortest = usize::MAX;
         let mut longest_round = 0;
@@ -47,7 +47,7 @@ impl Dots {
     }
 }
 
-/// Digits between dots, as they stand in a name.
+/// Digits between dots, as written in a name.
 struct Chain<'a> {
     /// Where it begins and ends, sign and exponent included.
     span: std::ops::Range<usize>,
@@ -118,7 +118,7 @@ fn components(path: &Path) -> Vec<Vec<u8>> {
     names
 }
 
-/// What a file is sorted by.
+/// Sort key of a file.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
     names: Vec<Vec<Token>>,
@@ -291,7 +291,7 @@ mod tests {
     }
 
     proptest! {
-        /// Numbers of any form stand in the order of their values.
+        /// Numbers of any form are ordered by value.
         #[test]
         fn numbers_are_sorted_by_value(
             mut values in prop::collection::vec((any::<bool>(), 0_u32..2000, 0_u32..1000), 2..9),

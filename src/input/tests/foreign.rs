@@ -10,7 +10,7 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("src/input/tests/foreign")
 }
 
-/// What a name says: number type, channels, frames.
+/// Meaning of a name: number type, channels, frames.
 fn named(name: &str) -> (StoredType, u32, u32) {
     let stem = name.split('.').next().unwrap();
     let words: Vec<&str> = stem.split('-').collect();

@@ -28,7 +28,7 @@ fn a_header_without_end_is_read_only_so_far() {
     assert!(message.len() < 300, "{message}");
 }
 
-/// Lines that a fuzzer would hardly find by itself.
+/// Lines that a fuzzer would hardly find.
 fn line() -> impl Strategy<Value = String> {
     let number = prop_oneof![
         Just("3".to_owned()),

@@ -1,4 +1,4 @@
-//! What is written comes back: every format, sample type, byte order and encoding.
+//! Written volumes are read back: every format, sample type, byte order and encoding.
 
 use cvr_core::volume::{BrickSource as _, SampleType};
 

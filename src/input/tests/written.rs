@@ -1,4 +1,4 @@
-//! What is written is read again bit for bit, frames and channels included, and is what other software would read.
+//! Written volumes are read back bit for bit, with frames and channels, and other software can read them.
 
 use cvr_core::volume::{
     BrickSource as _, DenseVolume, Extent, SampleType, Samples, StoredType, VolumeLayout,

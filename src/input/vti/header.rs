@@ -1,10 +1,10 @@
-//! What the elements of a VTI file say.
+//! Content of the elements of a VTI file.
 
 use cvr_core::volume::StoredType;
 
 use super::super::{ByteOrder, Place};
 
-/// What a file holds, and how.
+/// Content and encoding of a file.
 #[derive(Debug)]
 pub(super) struct Header {
     pub byte_order: ByteOrder,

@@ -166,7 +166,7 @@ impl Element<'_> {
         Place::part(self.path, format!("<{}> before byte {}", shown(&self.name()).trim_matches('`'), self.at))
     }
 
-    /// An attribute's value as it is written.
+    /// An attribute's value as written.
     fn attribute(&self, name: &str) -> Result<Option<String>, InputError> {
         for attribute in self.start.attributes() {
             let attribute = attribute.map_err(|e| InputError::Header {

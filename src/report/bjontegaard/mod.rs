@@ -26,13 +26,13 @@ pub enum Refused {
     /// A curve has too few points.
     #[error("a curve of {0} points, {LEAST_POINTS} are needed")]
     Few(usize),
-    /// The curves have too little in common; the share of the narrower range, 0 for nothing at all.
+    /// The curves overlap too little. The value is the overlap as a fraction of the narrower range; 0 means none.
     #[error("ranges overlap by {:.0} % of the narrower, {:.0} % are needed", 100.0 * .0, 100.0 * LEAST_OVERLAP)]
     Apart(f64),
 }
 
 impl Curve {
-    /// From points (rate in any unit, quality in dB). Lossless points, and points that are not numbers, are left out.
+    /// A curve from points (rate in any unit, quality in dB). Lossless points and NaN are left out.
     #[must_use]
     pub fn of(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let finite = |(rate, quality): &(f64, f64)| *rate > 0.0 && rate.is_finite() && quality.is_finite();

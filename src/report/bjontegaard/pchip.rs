@@ -67,7 +67,7 @@ impl Pchip {
             + h * self.slope[i + 1] * (t4 / 4.0 - t3 / 3.0))
     }
 
-    /// The piece that `x` of the domain lies in: its number, its width, and the share of it before `x`.
+    /// The piece of the domain that contains `x`: its number, its width, and the fraction of it before `x`.
     fn piece(&self, x: f64) -> (usize, f64, f64) {
         let i = self.x.partition_point(|knot| *knot <= x).clamp(1, self.x.len() - 1) - 1;
         let h = self.x[i + 1] - self.x[i];

@@ -106,7 +106,7 @@ fn too_few_points_and_too_little_in_common_are_refused() {
     let better = line(&rates, 90.0);
     assert!((decibels(&anchor, &better).unwrap() - 50.0).abs() < 1e-12);
     assert_eq!(log_rate(&anchor, &better), Err(Refused::Apart(0.0)));
-    // Of three octaves each, one and a half are just enough.
+    // Of three octaves each, an overlap of one and a half is just enough.
     let shifted = |by: f64| line(&rates.map(|r| r * by), 40.0);
     assert!(decibels(&anchor, &shifted(2f64.powf(1.499))).is_ok());
     let Err(Refused::Apart(share)) = decibels(&anchor, &shifted(2f64.powf(1.501))) else {

@@ -5,9 +5,9 @@ use super::super::chart::{Axis, Chart, LegendEntry, Line, Mark, Point, Scale, Sh
 use super::super::number::short;
 use super::Drawing;
 use super::marks::{Palette, number, title};
-use crate::experiment::labels::full_coding;
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
+use crate::experiment::records::labels::full_coding;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
 use crate::report::figure::Sheet;
 
 /// Sizes that a fit needs: two points fit any power, and do not show whether growth is a power.
@@ -58,7 +58,8 @@ pub(super) struct Family {
 
 /// Volumes that count as one growing volume: the same source and type, in two sizes or more.
 pub(super) fn families(provenance: &Provenance) -> Vec<Family> {
-    let key = |v: &crate::experiment::provenance::VolumeProvenance| (v.source.clone(), v.dtype.clone());
+    let key =
+        |v: &crate::experiment::records::provenance::VolumeProvenance| (v.source.clone(), v.dtype.clone());
     let family = |of: (String, String)| {
         let own = || provenance.volumes.iter().filter(|v| key(v) == of);
         let sizes = distinct(own().map(|v| v.dims)).len();
@@ -188,8 +189,8 @@ pub(super) fn cost_growth(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::provenance::VolumeProvenance;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::provenance::VolumeProvenance;
+    use crate::experiment::records::record::tests::record;
 
     #[test]
     fn the_power_is_found_and_two_sizes_are_none() {

@@ -3,7 +3,7 @@
 use super::super::cells::{compressed, distinct};
 use super::super::chart::{Axis, Chart, LegendEntry, Line, Mark, Scale};
 use super::marks::{Palette, Placed, beaten_entries, contest, failure_entries, one_per_coding};
-use crate::experiment::record::Record;
+use crate::experiment::records::record::Record;
 
 /// Seconds to encode over the PSNR of the voxels. Cells that decode only some stages are left out: their encoding time is
 /// that of the whole stream.

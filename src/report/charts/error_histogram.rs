@@ -9,11 +9,11 @@ use super::super::number::short;
 use super::super::pareto;
 use super::Drawing;
 use super::marks::{Palette, number, one_per_coding, title};
-use crate::experiment::error_histogram::Row;
-use crate::experiment::files::ERRORS;
-use crate::experiment::labels::full_coding;
-use crate::experiment::provenance::{Provenance, VolumeProvenance};
-use crate::experiment::record::Record;
+use crate::experiment::files::names::ERRORS;
+use crate::experiment::measured::error_histogram::Row;
+use crate::experiment::records::labels::full_coding;
+use crate::experiment::records::provenance::{Provenance, VolumeProvenance};
+use crate::experiment::records::record::Record;
 use crate::report::figure::Sheet;
 
 /// Rates that count as the same: the highest over the lowest.
@@ -119,8 +119,8 @@ fn same_rate<'a>(cells: &[Setting<'a>]) -> Option<([f64; 2], Vec<Setting<'a>>)> 
     Some(([rates().fold(f64::INFINITY, f64::min), rates().fold(0.0, f64::max)], chosen))
 }
 
-/// The rows of a record's histogram; `None` where there is no such file. Only what lies below the report is read: a record
-/// is data.
+/// The rows of a record's histogram. `None` if there is no such file. Only files below the report are read, because a
+/// record is data.
 fn read(dir: &Path, record: &Record) -> Option<Vec<Row>> {
     let path = Path::new(record.error_histogram.as_deref()?);
     let below = path.starts_with(ERRORS) && path.components().all(|c| matches!(c, Component::Normal(_)));
@@ -250,7 +250,8 @@ fn draw(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::{rows_to_csv, tests::record};
+    use crate::experiment::files::write_results::rows_to_csv;
+    use crate::experiment::records::record::tests::record;
 
     fn setting(codec: &str, rate: f64, psnr: f64) -> Record {
         Record {
@@ -328,7 +329,7 @@ mod tests {
             "{note}"
         );
         let rows = drawing.sheet.unwrap().rows;
-        // Of vq, in bins of two: −4..−2, −2..0, 0..2, 4..6.
+        // For vq, in bins of two: −4..−2, −2..0, 0..2, 4..6.
         let told: Vec<(&str, &str, &str)> = rows
             .iter()
             .filter(|r| r[1] == "vq")

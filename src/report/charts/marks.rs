@@ -4,8 +4,8 @@ use super::super::cells::{Baseline, blends, compressed, distinct, ok};
 use super::super::chart::{Colour, LegendEntry, Line, Mark, Point, Shape};
 use super::super::number::{bytes, decibels, fixed, short};
 use super::super::pareto;
-use crate::experiment::labels::{Labels, full_coding};
-use crate::experiment::record::Record;
+use crate::experiment::records::labels::{Labels, full_coding};
+use crate::experiment::records::record::Record;
 
 /// Which colour and shape a series has throughout the report, and what cells are called there.
 #[derive(Debug)]
@@ -26,7 +26,7 @@ impl Palette {
         Self { labels, series, sites }
     }
 
-    /// Of a series by its name.
+    /// The colour of a series, by its name.
     pub(super) fn colour(&self, series: &str) -> Colour {
         Colour::Series(self.index(series))
     }
@@ -64,7 +64,7 @@ const fn shape(i: usize) -> Shape {
     Shape::series(i + i / Colour::PALETTE)
 }
 
-/// What a point of a chart says.
+/// Text of a chart's point.
 pub(super) fn title(record: &Record, palette: &Palette) -> String {
     let mut title = format!(
         "{}\n{} bits per voxel, PSNR {}, picture {}, SSIM {}",
@@ -146,7 +146,7 @@ pub(super) fn contest(
     (points, line)
 }
 
-/// What a cross means, where there is one.
+/// Meaning of a cross, if there is one.
 pub(super) fn failure_entries(points: &[Point]) -> Vec<LegendEntry> {
     points.iter().find(|p| p.mark == Mark::failure()).map(|_| failure_entry()).into_iter().collect()
 }
@@ -194,7 +194,7 @@ pub(in super::super) fn baseline_mark(baseline: Baseline) -> Mark {
     Mark { filled: false, ..Mark::filled(Shape::Letter(baseline.letter()), Colour::Ink) }
 }
 
-/// What the letters of the baselines among these cells mean.
+/// Meanings of the baselines' letters among these cells.
 pub(super) fn baseline_entries(cells: &[&Record]) -> Vec<LegendEntry> {
     let there = |b: &Baseline| cells.iter().any(|r| ok(r) && Baseline::of(r) == Some(*b));
     let entry = |b| LegendEntry { mark: baseline_mark(b), label: b.label().to_owned() };

@@ -9,12 +9,12 @@ use super::Drawing;
 use super::marks::{
     Palette, baseline_entries, baseline_mark, beaten_entries, filter_entries, number, site_entries, title,
 };
-use crate::experiment::record::Record;
+use crate::experiment::records::record::Record;
 use crate::report::figure::Sheet;
 
 const MIB: f64 = 1_048_576.0;
 
-/// Bytes that the device needs for a cell: while it draws or while it decodes, whichever is more.
+/// Bytes that the device needs for a cell: the maximum over drawing and decoding.
 fn memory(record: &Record) -> Option<f64> {
     let bytes = record.resident_bytes?.max(record.device_decode_bytes.unwrap_or(0));
     (bytes > 0).then_some(bytes as f64)
@@ -141,7 +141,7 @@ fn best<'a>(cells: &[(&'a Record, f64, f64)]) -> Vec<(&'a Record, f64, f64)> {
     pareto::front(&costs).into_iter().map(|i| cells[i]).collect()
 }
 
-/// Along the steps: each value holds up to the next, the last one up to `end`.
+/// A step curve: each value holds up to the next, the last one up to `end`.
 fn steps(points: &[(f64, f64)], end: f64) -> Vec<(f64, f64)> {
     let mut line = Vec::new();
     for (i, (x, y)) in points.iter().enumerate() {
@@ -204,7 +204,7 @@ fn sheet(best: &[(&Record, f64, f64)], palette: &Palette, view: &View, device: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::results::tests::record;
+    use crate::experiment::records::record::tests::record;
 
     fn cell(codec: &str, bytes: u64, meanwhile: Option<u64>, psnr: f64, time: f64) -> Record {
         Record {

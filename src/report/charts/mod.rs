@@ -17,8 +17,8 @@ use super::cells::{View, devices, views, volumes};
 use super::chart::Chart;
 use super::curves::Measure;
 use super::figure::{Figure, Sheet, file_name};
-use crate::experiment::provenance::Provenance;
-use crate::experiment::record::Record;
+use crate::experiment::records::provenance::Provenance;
+use crate::experiment::records::record::Record;
 
 /// A chart, and what its CSV file holds where its marks are not plain cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,7 +83,7 @@ impl List {
     }
 }
 
-/// What a chart is about.
+/// Subject of a chart.
 #[derive(Copy, Clone, Default)]
 struct Subject<'a> {
     volume: Option<&'a str>,

@@ -8,7 +8,7 @@ use super::super::number::{decibels, short};
 use super::Drawing;
 use super::marks::Palette;
 use super::rate_distortion::rate_axis;
-use crate::experiment::record::Record;
+use crate::experiment::records::record::Record;
 use crate::report::figure::Sheet;
 
 /// Marks along a line.

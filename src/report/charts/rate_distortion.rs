@@ -4,8 +4,8 @@ use super::super::cells::{View, blends, distinct, ok, site_rank};
 use super::super::chart::{Axis, Chart, Line, Mark, Point, Scale, Shape};
 use super::super::pareto;
 use super::marks::{Palette, failure_entries, filter_entries, number, one_per_coding, title};
-use crate::experiment::labels::full_coding;
-use crate::experiment::record::Record;
+use crate::experiment::records::labels::full_coding;
+use crate::experiment::records::record::Record;
 
 /// The axis of rates: logarithmic where they span more than a decade.
 pub(super) fn rate_axis(rates: impl Iterator<Item = f64>) -> Axis {

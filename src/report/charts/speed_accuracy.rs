@@ -8,7 +8,7 @@ use super::marks::{
     Palette, Placed, baseline_entries, baseline_mark, beaten_entries, contest, failure_entries,
     filled_and_hollow, filter_entries, number, one_per_coding, site_entries, title,
 };
-use crate::experiment::record::Record;
+use crate::experiment::records::record::Record;
 use crate::report::figure::Sheet;
 
 /// Relative frame time over the PSNR of the picture, with the cells that none beats.

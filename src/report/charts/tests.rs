@@ -2,7 +2,7 @@
 
 use super::super::chart::Point;
 use super::*;
-use crate::experiment::results::tests::record;
+use crate::experiment::records::record::tests::record;
 
 /// A codec's settings on a volume, one for each (bits per voxel, PSNR).
 fn settings(volume: &str, codec: &str, points: &[(f64, f64)]) -> Vec<Record> {

@@ -21,7 +21,7 @@ pub struct Curve {
 struct Series(Vec<(String, String)>);
 
 impl Series {
-    /// Of pairs of codec and label.
+    /// Curves by pair of codec and label.
     fn of<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> Self {
         let mut all: Vec<(String, String)> = pairs.map(|(c, l)| (c.to_owned(), l.to_owned())).collect();
         all.sort();
@@ -45,7 +45,7 @@ impl Series {
 
 /// One curve per subject. `raw`, which is exact, has none.
 pub fn dials(atlas: &Atlas) -> Vec<Curve> {
-    let compressed = || atlas.rows.iter().filter(|r| r.codec != crate::experiment::stage::RAW);
+    let compressed = || atlas.rows.iter().filter(|r| r.codec != crate::experiment::measured::reference::RAW);
     Subject::all()
         .filter_map(|subject| {
             let rows: Vec<&Row> = compressed().filter(|r| r.subject == subject.name).collect();
@@ -115,7 +115,7 @@ pub fn generations(encoders: &[EncoderMeasured]) -> Vec<Curve> {
                 .filter(|e| {
                     e.subject == subject
                         && !e.generations.is_empty()
-                        && e.codec != crate::experiment::stage::RAW
+                        && e.codec != crate::experiment::measured::reference::RAW
                 })
                 .collect();
             let series = Series::of(own.iter().map(|e| (e.codec.as_str(), e.label.as_str())));

@@ -16,8 +16,9 @@ use super::breaking::Breaking;
 use super::encoder::EncoderMeasured;
 use super::plan::Plan;
 use super::runner::Outcome;
-use crate::experiment::folder::{CHARTS, OutFolder};
-use crate::experiment::machine;
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::files::names::CHARTS;
+use crate::experiment::records::machine;
 use crate::report::STYLE;
 
 const TEMPLATE: &str = include_str!("atlas.html");
@@ -44,7 +45,7 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// Of this process.
+    /// Provenance of this process.
     #[must_use]
     pub fn now(plan: &Plan) -> Self {
         Self {
@@ -137,7 +138,7 @@ fn dial_value(value: f64) -> String {
     if plain { value.to_string() } else { format!("{value:e}") }
 }
 
-/// Of each codec the subjects that neither break nor degrade it.
+/// For each codec, the subjects that neither break nor degrade it.
 fn unbroken(atlas: &Atlas) -> Vec<Value> {
     let mut labels: Vec<&str> = atlas.breaking.iter().map(|b| b.label.as_str()).collect();
     labels.dedup();

@@ -1,5 +1,5 @@
-//! The worst pictures: the original's, the codec's and that of the trivial codec of the same rate, side by side. They are
-//! drawn anew, which costs less than to keep the pictures of all cells.
+//! The worst pictures: the original's, the codec's, and the trivial codec's at the same rate, side by side. They are
+//! drawn again, which costs less than keeping the pictures of all cells.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -8,8 +8,8 @@ use cvr_core::stability::{Reason, Subject, Trial};
 use minijinja::{Value, context};
 use rayon::prelude::*;
 
-use crate::experiment::files::IMAGES;
-use crate::experiment::folder::OutFolder;
+use crate::experiment::files::folder::OutFolder;
+use crate::experiment::files::names::IMAGES;
 use crate::stability::atlas::Atlas;
 use crate::stability::drawing::{BACKGROUND, Stage};
 use crate::stability::plan::Plan;

@@ -1,4 +1,4 @@
-//! The device on which codecs' own tests run their shaders, where there is one. Codecs do not know of it.
+//! The device on which the tests of codecs run shaders, if there is one. Codecs do not depend on it.
 
 use std::sync::Arc;
 
@@ -8,14 +8,15 @@ use cvr_engine::testing::test_device;
 
 use crate::mutated::MutatedCodec;
 
-/// What runs the shaders of a battery. Without an adapter, or where `CVR_DEVICE` says so, the battery of this name goes
-/// without, and is logged as a device test that did not run.
+/// The device for conformance tests. Without an adapter, or if `CVR_DEVICE` says so, they run without it and are logged
+/// as device tests that did not run.
 #[must_use]
 pub fn dump(test_name: &str) -> Option<&'static dyn VoxelDump> {
     test_device(test_name).map(|device| device as &dyn VoxelDump)
 }
 
-/// The failing twin of a codec's battery: a snippet in which `from` reads `to` fails it, and for no other reason.
+/// The failing twin of a codec's conformance tests: a snippet in which `from` is replaced by `to` fails them, and only
+/// for that reason.
 pub fn notices(codec: Arc<dyn Codec>, from: &'static str, to: &'static str) {
     let id = codec.info().id;
     let Some(device) = test_device(&format!("{id}::wrong_snippet")) else { return };

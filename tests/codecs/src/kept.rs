@@ -1,4 +1,4 @@
-//! Streams that are kept in a codec's crate, and must decode for ever to what they did.
+//! Kept streams in a codec's crate. They must decode to the same values for ever.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,28 +7,28 @@ use cvr_core::codec::{Codec, Progress, Settings, decode_stages, encode_file};
 use cvr_core::container::{ContainerWriter, EncodedVolume, StreamWriter as _};
 use cvr_core::volume::{FiniteVolume, FrameIndex, NoReferences, Replaced};
 
-/// A stream that is kept, with `N` numbers of stages from which it is decoded.
+/// A kept stream, and `N` numbers of stages from which it is decoded.
 #[derive(Debug)]
 pub struct Kept<const N: usize> {
     /// Name of its file.
     pub name: &'static str,
     /// Version that wrote it.
     pub version: u32,
-    /// CRC-32C of all samples decoded from each of these numbers of stages, as little-endian singles, frame after frame.
+    /// CRC-32C of all decoded samples for each number of stages, as little-endian singles, frame after frame.
     pub crc32c: [u32; N],
-    /// What it was made from.
+    /// Settings and volume from which it was made.
     pub made: fn() -> (Settings, FiniteVolume),
 }
 
 impl<const N: usize> Kept<N> {
-    /// The stream of this name. Where there is none and `CVR_BLESS` is set, it is written first.
+    /// The stream of this name. If it is missing and `CVR_BLESS` is set, it is written first.
     #[must_use]
     pub fn stream(&self, codec: &dyn Codec, crate_folder: &str) -> EncodedVolume {
         open(codec, &path(crate_folder, self.name), self.made)
     }
 }
 
-/// Decodes each stream and compares it with what it was when it was kept.
+/// Decodes each stream and compares it with the stored checksums.
 ///
 /// # Panics
 /// When one decodes to anything else, or is of another version; the message holds its checksums.
@@ -47,13 +47,13 @@ pub fn assert_unchanged<const N: usize>(
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
-/// Where the stream of this name lies; `crate_folder` is `env!("CARGO_MANIFEST_DIR")`.
+/// Path of the stream of this name. `crate_folder` is `env!("CARGO_MANIFEST_DIR")`.
 #[must_use]
 fn path(crate_folder: &str, name: &str) -> PathBuf {
     Path::new(crate_folder).join("tests/streams").join(format!("{name}.cvr"))
 }
 
-/// Opens a stream. Where there is none and `CVR_BLESS` is set, it is written first; one that is there never is.
+/// Opens a stream. If it is missing and `CVR_BLESS` is set, it is written first. An existing one is never written.
 #[must_use]
 fn open(codec: &dyn Codec, path: &Path, made: impl FnOnce() -> (Settings, FiniteVolume)) -> EncodedVolume {
     if !path.exists() && std::env::var_os("CVR_BLESS").is_some() {
@@ -63,7 +63,7 @@ fn open(codec: &dyn Codec, path: &Path, made: impl FnOnce() -> (Settings, Finite
     EncodedVolume::open(path).unwrap()
 }
 
-/// CRC-32C of all samples decoded from each of these numbers of stages, as little-endian singles, frame after frame.
+/// CRC-32C of all decoded samples for each number of stages, as little-endian singles, frame after frame.
 #[must_use]
 pub fn checksums<const N: usize>(codec: &dyn Codec, stream: EncodedVolume, stages: [u8; N]) -> [u32; N] {
     let decoder = codec.decoder(Arc::new(stream)).unwrap();
@@ -87,7 +87,7 @@ fn compare<const N: usize>(name: &str, found: [u32; N], kept: [u32; N]) -> Resul
     Err(format!("{name}: the checksums are {found:#010x?}, {kept:#010x?} were kept"))
 }
 
-/// The same stream with one bit of a byte of a tensor turned over, whole in all else: its checksums are anew.
+/// The same stream with one bit of a tensor's byte flipped. Its checksums are updated, so it is otherwise valid.
 #[must_use]
 pub fn with_flipped(codec: &dyn Codec, stream: &EncodedVolume, tensor: &str, byte: usize) -> EncodedVolume {
     let (spec, folder) = (stream.spec().clone(), tempfile::tempdir().unwrap());

@@ -1,4 +1,4 @@
-//! What the tests of several codecs share. A failure in here is a failure of the test that called.
+//! Code that the tests of several codecs share. A failure here is a failure of the calling test.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! A decoder whose shader is not what it should be: for tests that must notice.
+//! A decoder with a wrong shader, for tests that must detect it.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use cvr_core::volume::{
     BrickKey, Dependencies, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout,
 };
 
-/// What is done to the shader; the CPU decoder stays as it is.
+/// The change of the shader. The CPU decoder is unchanged.
 #[derive(Clone, Debug)]
 pub enum Mutation {
     /// This text instead of the snippet.
@@ -33,16 +33,16 @@ pub enum Mutation {
 pub struct Mutated {
     /// The right one.
     pub inner: Box<dyn Decoder>,
-    /// What is wrong.
+    /// The mutation.
     pub mutation: Mutation,
 }
 
-/// A codec whose decoders have a wrong snippet: `from`, which must occur, reads `to`.
+/// A codec whose decoders have a wrong snippet: `from`, which must occur, is replaced by `to`.
 #[derive(Debug)]
 pub struct MutatedCodec {
     /// The right one.
     pub inner: Arc<dyn Codec>,
-    /// What is replaced.
+    /// The text to replace.
     pub from: &'static str,
     /// By what.
     pub to: &'static str,

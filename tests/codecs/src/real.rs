@@ -1,4 +1,4 @@
-//! The real volumes of the figures, by name, and the processor time that figures tell.
+//! The real volumes by name, and processor time for figures.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -7,7 +7,7 @@ use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, V
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 use rustix::time::{ClockId, clock_gettime};
 
-/// The folder that `CVR_DATA` names; without it a line is printed, and the test has nothing to do.
+/// The folder that `CVR_DATA` names. Without it, a line is printed and the test ends.
 #[must_use]
 pub fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("CVR_DATA").map(PathBuf::from);
@@ -40,7 +40,7 @@ fn behind<'a>(bytes: &'a [u8], marker: &[u8]) -> &'a [u8] {
     &bytes[at + marker.len()..]
 }
 
-/// The samples of a NIfTI-1 file of little-endian order: they begin at the float at byte 108.
+/// The samples of a little-endian NIfTI-1 file. The float at byte 108 is their position.
 fn nifti(folder: &Path, name: &str) -> Vec<u8> {
     let mut bytes = all_of(MultiGzDecoder::new(&file(folder, name)[..]));
     let first = f32::from_le_bytes(bytes[108..112].try_into().unwrap());

@@ -1,5 +1,5 @@
-//! Block truncation coding (E. J. Delp, O. R. Mitchell, IEEE Transactions on Communications 27 (9), 1979): a codec that
-//! shows what an author writes on top of the kit. It is registered nowhere; these tests run it like any other.
+//! Block truncation coding (E. J. Delp, O. R. Mitchell, IEEE Transactions on Communications 27 (9), 1979): a small
+//! codec that shows what an author adds to the kit. It is not registered. These tests run it like any other codec.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
@@ -86,7 +86,7 @@ mod battery {
         assert_eq!(report.refused, 0);
     }
 
-    /// Where a device runs the shaders, a wrong one does not pass.
+    /// If a device runs the shaders, a wrong shader fails.
     #[test]
     fn a_wrong_snippet_is_noticed() {
         cvr_codec_tests::device::notices(Arc::new(BTC), "i % 32u", "(i ^ 1u) % 32u");
@@ -136,7 +136,7 @@ mod battery {
         BTC.decoder(Arc::new(stream)).map_or_else(|e| e.to_string(), |_| "accepted".to_owned())
     }
 
-    /// Parameters are held to the schema of the settings, and records to what an encoder writes.
+    /// Parameters are checked against the schema of the settings, and records against what an encoder writes.
     #[test]
     fn what_no_encoder_writes_is_refused() {
         assert_eq!(changed(r#"{"block": "4"}"#, None), "accepted");

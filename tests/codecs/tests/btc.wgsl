@@ -1,4 +1,4 @@
-// One voxel out of two levels and a bit. Resource: btc_blocks.
+// Decodes one voxel from two levels and a bit. Resource: btc_blocks.
 
 fn btc_value(record: u32, i: u32) -> f32 {
     let bit = (btc_blocks(record + 2u + i / 32u) >> (i % 32u)) & 1u;

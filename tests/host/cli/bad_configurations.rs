@@ -1,9 +1,9 @@
-//! A wrong configuration: a caret under what is wrong, on standard error, and exit code 2.
+//! A wrong configuration: a caret under the error, on standard error, and exit code 2.
 
 use super::super::configs::COMPARE;
 use super::super::folder::Folder;
 
-/// What is told of the documentation's configuration with one piece replaced.
+/// The error for the documentation's configuration with one piece replaced.
 fn message(from: &str, to: &str) -> String {
     assert_eq!(COMPARE.matches(from).count(), 1, "{from:?} must stand once in the example");
     let folder = Folder::new();

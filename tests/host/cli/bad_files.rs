@@ -1,4 +1,4 @@
-//! Missing, truncated, lying and damaged files: exit code 2, a message that names the file, and nothing left behind.
+//! Missing, truncated, false and damaged files: exit code 2, a message that names the file, and no output.
 
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;
@@ -12,7 +12,7 @@ fn header(sizes: &str) -> String {
     format!("NRRD0004\ntype: uint8\ndimension: 3\nsizes: {sizes}\nencoding: raw\n\n")
 }
 
-/// Each command that reads a volume refuses this file with a message that names it and holds these words.
+/// Each command that reads a volume refuses this file. The message names it and contains these words.
 fn refused(file: &str, bytes: &[u8], words: &[&str]) {
     let folder = Folder::new();
     folder.write(file, bytes);
@@ -112,7 +112,7 @@ fn a_device_that_does_not_exist_is_refused() {
     assert_eq!(folder.names(), ["v.nrrd"]);
 }
 
-/// One bit of a container changed, anywhere: nothing is decoded from it.
+/// With any bit of a container changed, nothing is decoded from it.
 #[test]
 fn a_damaged_container_is_refused() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! What asks for more memory, or more cells, than there may be: refused before anything is taken, with the way out.
+//! Requests for more memory, or more cells, than allowed: refused before anything is allocated, with the way out.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use cvr_core::volume::{Extent, Replaced, SampleType, VolumeLayout};
 
 use super::super::folder::Folder;
 
-/// A stream of `vq` that is valid: blocks of 16³ voxels, one codeword, and an index of one bit for each block.
+/// A valid stream of `vq`: blocks of 16³ voxels, one codeword, and a one-bit index per block.
 fn promise(path: &Path, edge: u32, sample: SampleType) {
     let names = Names::new().unwrap();
     let vq = names.codecs().get("vq").unwrap();
@@ -52,7 +52,7 @@ fn a_stream_that_promises_hundreds_of_gigabytes_is_refused() {
     }
 }
 
-/// The twin: what it may take, it gets, though a whole frame in single precision would not fit.
+/// The twin: within the limit it decodes, although a whole frame in single precision would not fit.
 #[test]
 fn a_stream_is_decoded_in_less_memory_than_a_frame() {
     let folder = Folder::new();
@@ -121,8 +121,8 @@ fn volumes_that_do_not_fit_are_bad_input_for_every_command() {
     folder.cvr(&[&["info", "v.raw"][..], &raw, &["--max-gb", "0.0003"]].concat()).exits(0);
 }
 
-/// Bytes of a voxel: 1 of the original, 5 of raw as the baseline (stream and frame). Raw's own cell takes 9 more (stream, frame,
-/// the original's in single precision), s3dc's 8.5, and that of a command 13, since it keeps a frame of its own.
+/// Bytes per voxel: 1 of the original, 5 of raw as the baseline (stream and frame). Raw's own cell takes 9 more
+/// (stream, frame, original in single precision), s3dc's 8.5, and a command's 13, because it keeps its own frame.
 #[cfg(unix)]
 #[test]
 fn a_cell_without_memory_fails_and_the_others_end() {
@@ -145,7 +145,7 @@ fn a_cell_without_memory_fails_and_the_others_end() {
     }
     let (text, _) = run(20.0, 0);
     assert!(text.contains("3 cells: 3 ok, 0 failed"), "{text}");
-    // Without room for the baseline no cell of the volume has one.
+    // Without room for the baseline, no cell of the volume has one.
     let (text, _) = run(4.0, 1);
     assert!(text.contains("3 cells: 0 ok, 3 failed"), "{text}");
 }

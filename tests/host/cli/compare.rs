@@ -1,6 +1,7 @@
-//! `cvr compare`: two runs of one experiment, and what cannot be compared.
+//! `cvr compare`: two runs of one experiment, and parts that cannot be compared.
 
-use cvr::experiment::results::{Results, to_json};
+use cvr::experiment::files::results::Results;
+use cvr::experiment::files::write_results::to_json;
 
 use super::super::folder::Folder;
 
@@ -51,7 +52,7 @@ fn what_was_run_twice_is_matched_and_what_was_not_is_listed() {
     {
         assert!(told.contains(only), "{only}:\n{told}");
     }
-    // The same software on the same machine: what is no time is the same.
+    // The same software on the same machine: everything except times is equal.
     for same in ["bits_per_voxel", "psnr_db", "image_psnr_db"] {
         assert!(told.contains(&format!("{same}: A and B tie in all 4 cells")), "{same}:\n{told}");
     }
@@ -66,7 +67,7 @@ fn what_was_run_twice_is_matched_and_what_was_not_is_listed() {
         assert!(page.contains(told), "{told}: {page}");
     }
 
-    // One run against itself ties everywhere; a machine of half the speed, and a file that grew, do not.
+    // A run against itself ties everywhere. A machine of half the speed, and a larger file, do not.
     let itself = folder.cvr(&["compare", "a", "a"]).exits(0).stdout;
     assert!(
         !itself.contains(" times A") && itself.contains("frame_ms: A and B tie in all 6 cells"),

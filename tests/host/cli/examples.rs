@@ -1,8 +1,8 @@
-//! The examples of `--help`: each is a command that the program understands.
+//! The examples of `--help`: the program accepts each.
 
 use super::super::folder::Folder;
 
-/// Commands that take files or settings, whose help shows how.
+/// Commands that take files or settings. Their help has examples.
 const COMMANDS: [&str; 13] = [
     "run",
     "render",
@@ -19,7 +19,7 @@ const COMMANDS: [&str; 13] = [
     "stability",
 ];
 
-/// The command lines under "Examples:" without what they explain and without the variables before them.
+/// The command lines under "Examples:", without their explanations and without environment variables.
 fn examples(help: &str) -> Vec<Vec<String>> {
     let below = help.split_once("Examples:\n").map(|(_, below)| below).unwrap_or_default();
     let lines = below.lines().take_while(|line| line.starts_with("  "));
@@ -40,7 +40,7 @@ fn every_example_is_understood() {
         assert!(!examples.is_empty(), "cvr {command} --help shows no example");
         for example in examples {
             assert_eq!(example[0], command);
-            // Help comes last: what stands before it has been read by then, and refused if it means nothing.
+            // `--help` comes last: everything before it has then been parsed, and refused if it is wrong.
             let words: Vec<&str> = example.iter().map(String::as_str).chain(["--help"]).collect();
             folder.cvr(&words).exits(0);
         }

@@ -13,7 +13,7 @@ fn cells_are_counted_as_they_would_run_and_nothing_is_written() {
     assert!(text.starts_with("x.toml: 34 cells, 11 combinations refused\n"), "{text}");
     let listed = folder.cvr(&["run", "x.toml", "--list-cells"]).exits(0).stdout;
     let (refused, cells): (Vec<&str>, Vec<&str>) = listed.lines().partition(|l| l.starts_with("refused "));
-    // The sum of the column is the number of cells that run, and so of the reasons.
+    // The sum of the column is the number of running cells. The same holds for the reasons.
     let numbers = |from: &str| -> usize {
         let lines = text.split(from).nth(1).unwrap().split("\n\n").next().unwrap().lines();
         lines.filter_map(|l| l.split_whitespace().next()?.parse::<usize>().ok()).sum()
@@ -42,7 +42,7 @@ fn estimates_say_what_they_are_and_stand_on() {
     let ran = folder.cvr(&[&["explain", "x.toml", "--device", "cpu"][..], &one].concat()).exits(0);
     let text = ran.stdout;
     assert!(text.contains("estimate, from a computed volume of 48³ voxels"), "{text}");
-    // The original's byte; stream and frame, of 5 bytes a voxel, of the baseline and of the cells of raw.
+    // The original's byte; stream and frame, 5 bytes per voxel, of the baseline and of the cells of raw.
     assert!(text.contains("memory  2.8 MiB in main memory\n") && !text.contains("on the device\n"), "{text}");
     assert!(
         (text.contains("time    about ") || text.contains("time    at least "))
@@ -73,7 +73,7 @@ fn missing_volumes_are_told_and_left_out() {
     assert!(text.contains("not known here: volume `none`: none.nrrd: cannot open the file"), "{text}");
 }
 
-/// The header is read and the voxels are not, but that they are there is known by the file's length.
+/// The header is read and the voxels are not. The file's length proves that they exist.
 #[test]
 fn a_file_is_opened_for_its_header() {
     let folder = Folder::new();
@@ -107,7 +107,7 @@ fn what_is_wrong_with_a_configuration_is_bad_input() {
     assert!(folder.cvr(&["explain", "x.toml", "--set", "pipeline.site=moon"]).refused().contains("moon"));
 }
 
-/// A command that does not end: its trial is left, and what it would have told is said to be missing.
+/// A command that does not end: its trial is abandoned, and the output says what is missing.
 #[cfg(unix)]
 #[test]
 fn a_trial_that_does_not_end_is_left() {
@@ -134,8 +134,8 @@ fn a_trial_that_does_not_end_is_left() {
     assert!(!row.contains("encode did not end"), "{text}");
 }
 
-/// Seven codecs, four volumes of other kinds and two scenes: more than can be tried in the time that there is. The sum is that of
-/// what each trial took until it ended or was left.
+/// Seven codecs, four volumes of other kinds and two scenes: more than fit into the time limit. The sum counts each
+/// trial until it ended or was abandoned.
 #[test]
 fn many_codecs_and_volumes_are_explained_in_the_time_that_there_is() {
     let Some(data) = std::env::var_os("CVR_DATA") else {
@@ -151,7 +151,7 @@ fn many_codecs_and_volumes_are_explained_in_the_time_that_there_is() {
     }
     let text = folder.cvr(&["explain", "c.toml", "--device", "cpu"]).exits(0).stdout;
     let rows = text.split("\nwhat costs\n").nth(1).unwrap().split("\n\n").next().unwrap().lines().skip(1);
-    // Codec, then three times of a number and a unit; the third is what was tried.
+    // Codec, then three times a number and a unit. The third is the time of trials.
     let tried = |row: &str| -> f64 {
         let words: Vec<&str> = row.split_whitespace().collect();
         assert!(words[6] == "s", "{row}");

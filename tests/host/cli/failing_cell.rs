@@ -1,4 +1,4 @@
-//! A run in which some cells fail: exit code 1, the reason in record and report, and all others as ever.
+//! A run in which some cells fail: exit code 1, the reason in record and report, and all other cells unaffected.
 
 use super::super::folder::Folder;
 

@@ -1,8 +1,8 @@
-//! What the program says of itself.
+//! The program's help.
 
 use super::super::folder::Folder;
 
-/// Every command with the options that it has of its own.
+/// Every command, with its own options.
 const COMMANDS: [(&str, &[&str]); 17] = [
     (
         "run",
@@ -136,7 +136,7 @@ fn the_examples_in_the_help_are_commands() {
     let examples: Vec<&str> = overview.lines().filter_map(|l| l.strip_prefix("  cvr ")).collect();
     assert!(examples.len() >= 4, "{overview}");
     for example in examples {
-        // Words up to the explanation. None of the files is there: that is said, and not that the words are wrong.
+        // Words up to the explanation. The files do not exist: the error must say that, not that the words are wrong.
         let words: Vec<&str> = example.split("   ").next().unwrap().split_whitespace().collect();
         let ran = folder.cvr(&words);
         assert!(!ran.stderr.contains("Usage:"), "{example}:\n{}", ran.stderr);

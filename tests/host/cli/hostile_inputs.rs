@@ -49,7 +49,7 @@ fn no_lie_costs_memory() {
     }
 }
 
-/// The limit is one: a volume that is really there, and too large for it, is refused for want of memory.
+/// The limit works: a real volume that is too large for it is refused for lack of memory.
 #[test]
 fn the_limit_is_felt() {
     let folder = Folder::new();

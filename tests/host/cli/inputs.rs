@@ -1,4 +1,4 @@
-//! Volumes of every format on the command line: what `info` says of them, and what `convert` makes of them.
+//! Volumes of every format on the command line: the output of `info`, and the result of `convert`.
 
 use std::path::PathBuf;
 

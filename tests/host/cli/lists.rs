@@ -41,7 +41,7 @@ fn renderers_are_listed_with_all_their_settings() {
     }
 }
 
-/// What is listed is what the name stands for, but for the rounding of colours to 8 bits.
+/// Listed points give the same picture as the name, except for colours rounded to 8 bits.
 #[test]
 fn presets_are_listed_with_points_that_the_command_line_takes() {
     let folder = Folder::new();
@@ -76,7 +76,8 @@ fn devices_end_with_the_mirror() {
     assert!(ran.stdout.lines().last().unwrap().starts_with("cpu  "), "{}", ran.stdout);
     assert_eq!(ran.stdout.lines().count(), adapters + 1, "{}", ran.stdout);
 
-    // As `./run` and `./test` read them. Not by the folder's command, which refuses tabs in what people read.
+    // Called as `./run` and `./test` call it. The folder's own command is not used, because it refuses tabs in output
+    // for people.
     let output = Command::new(env!("CARGO_BIN_EXE_cvr")).args(["devices", "--tsv"]).output().unwrap();
     let for_scripts = String::from_utf8(output.stdout).unwrap();
     assert_eq!((output.status.code(), for_scripts.lines().count()), (ran.code, adapters));
@@ -101,10 +102,10 @@ fn a_shader_is_printed_with_the_origin_of_every_part() {
     assert!(host.starts_with("// Site host, on ") && host.contains("texels of single precision"), "{host}");
     let blocks = folder.cvr(&["shader", "--site", "host", "--codec", "bc4"]).exits(0).stdout;
     let told = blocks.lines().next().unwrap();
-    // The blocks, or why not: the device has no such textures, or offers them and does not decode them.
+    // The blocks, or the reason: the device has no such textures, or claims them and does not decode them.
     assert!(told.contains("blocks of BC4") || told.contains("3-D textures of the codec's blocks"), "{told}");
     naga::front::wgsl::parse_str(&blocks).unwrap();
-    // Two shaders, each whole by itself: one decodes and knows no renderer, one draws and knows no codec.
+    // Two complete shaders: one decodes and contains no renderer, one draws and contains no codec.
     let deferred = folder.cvr(&["shader", "--site", "deferred"]).exits(0).stdout;
     let (decodes, draws) = deferred.split_once("// ==== next pass").unwrap();
     assert!(

@@ -1,4 +1,4 @@
-//! What is told is short, and about what the user wrote.
+//! Messages are short, and concern the user's input.
 
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;
@@ -65,7 +65,7 @@ fn control_points_may_begin_with_a_minus() {
     assert!(message.contains("write control points"), "{message}");
 }
 
-/// A filter that a codec lacks is the user's choice, not a fault of the codec's source.
+/// Choosing a filter that a codec lacks is the user's error, not an error of the codec's source.
 #[test]
 fn a_filter_that_a_codec_lacks_is_refused_with_codecs_that_have_it() {
     let folder = Folder::new();

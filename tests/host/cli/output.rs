@@ -1,4 +1,4 @@
-//! Where output goes: files that cannot be written, and a reader that has gone.
+//! Outputs: files that cannot be written, and a reader that has gone.
 
 use std::process::{Command, Stdio};
 
@@ -154,7 +154,7 @@ fn each_option_of_a_scene_changes_the_picture() {
         assert!(!seen.contains(&picture), "{other:?} changes nothing");
         seen.push(picture);
     }
-    // A light that follows the camera is the light of --shading.
+    // A light that follows the camera is the default light of --shading.
     assert!(draw(&["--light", "camera"]) == draw(&["--shading"]));
     assert!(draw(&["--light", "-1,-2,0.5"]) == draw(&["--light", "-1,-2,0.5", "--shading"]));
 }

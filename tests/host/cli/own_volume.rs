@@ -1,4 +1,4 @@
-//! The comparison that comes with the program, on a volume that somebody brings along.
+//! The shipped comparison on a user's own volume.
 
 use cvr::input::Generator;
 use cvr_core::volume::SampleType;

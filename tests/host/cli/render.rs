@@ -1,4 +1,4 @@
-//! What `cvr render` says beside the picture: what a run would note.
+//! The notes of `cvr render`: those that a run would record.
 
 use std::path::PathBuf;
 
@@ -52,7 +52,7 @@ fn replaced_samples_and_the_shader_that_did_not_run_are_told() {
     let told = notes(&drawn.stderr);
     assert_eq!((told.len(), told[0]), (2, REPLACED), "{told:?}");
     assert!(told[1].starts_with("shader not run: the CPU mirror drew"), "{told:?}");
-    // A container carries what was replaced.
+    // A container stores the numbers of replaced samples.
     folder.cvr(&["encode", "v.nrrd", "v.cvr", "--codec", "raw"]).exits(0);
     let host = ["render", "v.cvr", "p.png", "--size", "16x16", "--device", "cpu", "--site", "host"];
     assert_eq!(notes(&folder.cvr(&host).exits(0).stderr), [REPLACED]);
@@ -84,7 +84,7 @@ fn a_volume_of_usable_numbers_has_no_note_of_it() {
     assert_eq!(drawn.stderr, "");
 }
 
-/// Volumes of a public bug report: half of it NaN, two infinities, all NaN.
+/// Volumes of a public bug report: half NaN, two infinities, all NaN.
 #[test]
 fn volumes_with_nan_are_drawn_with_a_note() {
     let cases =

@@ -10,14 +10,14 @@ fn volume(sample: SampleType) -> DenseVolume {
     spaced(&computed(Generator::Turbulence, [13, 17, 11], sample), [0.5, 0.5, 1.25])
 }
 
-/// The number in front of or behind a word of `cvr info`.
+/// The number before or after a word in the output of `cvr info`.
 fn told(info: &str, word: &str) -> Option<f64> {
     info.lines()
         .find_map(|l| l.strip_prefix(word))
         .and_then(|rest| rest.split_whitespace().rev().find_map(|w| w.parse().ok()))
 }
 
-/// Largest difference of two volumes, and whether their layouts are the same.
+/// Largest difference of two volumes, and whether their layouts are equal.
 fn compared(a: &DenseVolume, b: &DenseVolume) -> (f64, bool) {
     let samples = 0..a.samples().len().max(b.samples().len());
     let difference = |i| f64::from(a.samples().get(i)) - f64::from(b.samples().get(i));

@@ -1,4 +1,4 @@
-//! Configurations, tampered with: refused with a caret under what is wrong, or resolved.
+//! Tampered configurations: refused with a caret under the error, or resolved.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ fn configurations() -> Vec<String> {
     paths.retain(|path| path.extension().is_some_and(|end| end == "toml"));
     paths.sort();
     let texts: Vec<String> = paths.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();
-    // The atlas has a form of its own, which its reader refuses here like any other mistake.
+    // The configuration of the atlas has another form, which this reader would refuse as an error.
     texts.into_iter().filter(|text| text.contains("[experiment]")).collect()
 }
 
@@ -36,7 +36,7 @@ fn no_configuration_panics_or_is_refused_without_a_place() {
                 unsafe_id.map_or(Ok(true), |id| Err(format!("{id:?} is no name of a file")))
             }
             Err(told) => {
-                // A character that takes no room has no caret under it, but a place.
+                // A character without width has no caret under it, but a place.
                 let has_place = told.contains("c.toml:") && (told.contains('^') || !hostile.is_ascii());
                 let is_short = told.len() < 4000 + 2 * hostile.lines().map(str::len).max().unwrap_or(0);
                 if has_place && is_short { Ok(false) } else { Err(told) }

@@ -1,5 +1,5 @@
-//! Containers of every codec, tampered with behind right checksums: decoders meet what no encoder wrote. They refuse, or
-//! yield finite values of the size that was promised.
+//! Tampered containers of every codec with correct checksums: decoders meet data that no encoder wrote. They refuse, or
+//! return finite values of the promised size.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,9 +13,9 @@ use serde_json::{Value, json};
 use super::super::volumes::varied;
 use super::mutate::{self, Dice, campaign};
 
-/// Largest volume that is decoded; a container may claim more, and is then only opened.
+/// Largest volume that is decoded. A container with a larger one is only opened.
 const MOST_SAMPLES: u64 = 1 << 18;
-/// Largest volume of which a decoder is made: some prepare tables of its size.
+/// Largest volume for which a decoder is made. Some decoders prepare tables of its size.
 const MOST_OPENED: u64 = 1 << 24;
 
 /// A container in parts, which can be changed and put together again.
@@ -38,7 +38,7 @@ impl Parts {
         Self { spec, tensors }
     }
 
-    /// The file, its checksums and its table of tensors made to fit whatever it holds.
+    /// The file. Its checksums and its table of tensors are corrected for its content.
     fn file(mut self) -> Vec<u8> {
         let mut at = 0;
         let (mut table, mut data) = (serde_json::Map::new(), Vec::new());
@@ -64,7 +64,7 @@ impl Parts {
         [&(padded as u64).to_le_bytes()[..], &header, &data].concat()
     }
 
-    /// One to three edits, of parameters and layout, or of what tensors hold and how long they are.
+    /// One to three edits: of parameters and layout, or of content and length of tensors.
     fn edit(&mut self, dice: &mut Dice) {
         for _ in 0..=dice.below(3) {
             match dice.below(8) {
@@ -89,7 +89,7 @@ impl Parts {
             1 => bytes[word..end].fill(*dice.pick(&[0, 0x7f, 0x80, 0xff])),
             2 => bytes[word..].fill(0xff),
             3 => {
-                // What is infinite, what is no number, and what is largest, as singles.
+                // Infinity, NaN, and the largest number, as singles.
                 let value = dice
                     .pick(&[0x7f80_0000_u32, 0xff80_0000, 0x7fc0_0000, 0x7f7f_ffff, 0xff7f_ffff, 1])
                     .to_le_bytes();
@@ -100,7 +100,7 @@ impl Parts {
                 bytes[at] = dice.roll() as u8;
             }),
             _ => {
-                // Another length, which the spec tells too.
+                // Another length, which is also written into the spec.
                 let element = self.spec["tensors"][&name]["element"].as_str().unwrap_or("U8");
                 let size = match element {
                     "U8" => 1,
@@ -120,7 +120,7 @@ impl Parts {
     }
 }
 
-/// What the spec says of a tensor, if it still does.
+/// The entry of a tensor in the spec, if it is still there.
 fn tensor_of<'s>(spec: &'s mut Value, name: &str) -> Option<&'s mut Value> {
     spec.get_mut("tensors")?.get_mut(name).filter(|tensor| tensor.is_object())
 }
@@ -131,7 +131,7 @@ fn edit_field(dice: &mut Dice, spec: &mut Value, name: &str) {
     }
 }
 
-/// Good containers: every codec that needs no command, settings with streams of other forms, and several layouts.
+/// Valid containers: every codec that needs no command, settings with different forms of streams, and several layouts.
 fn streams() -> Vec<(Arc<dyn Codec>, Parts)> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("v.cvr");
@@ -153,7 +153,7 @@ fn streams() -> Vec<(Arc<dyn Codec>, Parts)> {
         for (i, text) in list.iter().enumerate() {
             let pairs = text.split_whitespace().map(|pair| pair.split_once('=').unwrap());
             let given: Settings = pairs.map(|(name, value)| (name.to_owned(), value.into())).collect();
-            let settings = given.complete(codec.info()).unwrap();
+            let settings = codec.info().complete(&given).unwrap();
             for (size, sample, channels) in [
                 ([9, 7, 6], SampleType::U8, 1),
                 ([6, 5, 8], SampleType::F32, 1),
@@ -191,7 +191,7 @@ fn no_container_panics_or_decodes_to_what_is_not_finite() {
     });
 }
 
-/// Whether a container is accepted; what is wrong if it decodes to what it must not.
+/// Whether a container is accepted. The error says which rule its decoded values break.
 fn decodes(codec: &dyn Codec, path: &std::path::Path) -> Result<bool, String> {
     let Ok(stream) = EncodedVolume::open(path) else { return Ok(false) };
     if stream.spec().layout.samples() > MOST_OPENED {

@@ -1,4 +1,4 @@
-//! What makes files hostile: seeded edits of bytes, texts and JSON; and what holds each case to no panic and no hang.
+//! Hostile files: seeded edits of bytes, texts and JSON; and the harness that detects panics and hangs.
 
 use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -10,7 +10,7 @@ use serde_json::Value;
 /// Longest time of one case, in an unoptimised build on a busy machine.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// A sequence of numbers that a seed decides: splitmix64.
+/// A sequence of random numbers from a seed: splitmix64.
 #[derive(Clone, Debug)]
 pub struct Dice(u64);
 
@@ -27,7 +27,7 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    /// Below `n`; 0 where there is nothing below.
+    /// A number below `n`. 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         (self.roll() % n.max(1) as u64) as usize
     }
@@ -37,7 +37,7 @@ impl Dice {
     }
 }
 
-/// How many cases a campaign has: `CVR_HOSTILE`, or as many as a test run has time for.
+/// Number of cases of a campaign: `CVR_HOSTILE`, or `usual`, which fits a test run.
 pub fn cases(usual: u64) -> u64 {
     match std::env::var("CVR_HOSTILE") {
         Ok(text) => text.parse().unwrap_or_else(|_| panic!("CVR_HOSTILE={text}: a number of cases")),
@@ -45,8 +45,8 @@ pub fn cases(usual: u64) -> u64 {
     }
 }
 
-/// Runs the cases of a campaign. A case that panics or says what is wrong is told with its seed; one that hangs ends the
-/// process, since nothing else could.
+/// Runs the cases of a campaign. A case that panics or returns an error is reported with its seed. A case that hangs
+/// ends the process, because nothing else can stop it.
 pub fn campaign<E: Display>(name: &'static str, usual: u64, mut case: impl FnMut(Dice) -> Result<bool, E>) {
     let (start, cases) = (Instant::now(), cases(usual));
     let (begun, watched) = mpsc::channel::<u64>();
@@ -76,7 +76,7 @@ pub fn campaign<E: Display>(name: &'static str, usual: u64, mut case: impl FnMut
     println!("{name}: {cases} cases, {accepted} accepted, {} wrong, {seconds:.1} s", wrong.len());
     wrong.truncate(20);
     assert!(wrong.is_empty(), "{name}:\n{}", wrong.join("\n"));
-    // Were all refused at the door, nothing behind it would have been tried.
+    // If all cases were refused at once, later code would not be tested.
     assert!(accepted > 0 && accepted < cases, "{name}: {accepted} of {cases} accepted");
 }
 
@@ -115,13 +115,13 @@ const NUMBERS: &[&str] = &[
     "",
 ];
 
-/// One to four edits. `other` lends what is spliced in.
+/// One to four edits. Spliced-in bytes come from `other`.
 pub fn bytes(dice: &mut Dice, bytes: &mut Vec<u8>, other: &[u8]) {
     for _ in 0..=dice.below(4) {
         if bytes.is_empty() {
             return;
         }
-        // Headers are short and say most: half of the edits go there.
+        // Headers are short and hold most of the meaning, so they get half of the edits.
         let reach = if dice.below(2) == 0 { bytes.len().min(512) } else { bytes.len() };
         let at = dice.below(reach);
         let run = 1 + dice.below(16.min(bytes.len() - at));
@@ -197,7 +197,7 @@ pub fn text(dice: &mut Dice, text: &str) -> String {
     lines.join("\n")
 }
 
-/// A value anywhere below `root` becomes another, is taken away, or is doubled.
+/// Changes, removes or doubles a value anywhere below `root`.
 pub fn json(dice: &mut Dice, root: &mut Value) {
     let mut at = root;
     loop {
@@ -206,7 +206,7 @@ pub fn json(dice: &mut Dice, root: &mut Value) {
             Value::Object(fields) => fields.len(),
             _ => 0,
         };
-        // Deep values are most of all: stop seldom above them.
+        // Most values lie deep, so the walk rarely stops above them.
         if inner == 0 || dice.below(12) == 0 {
             break;
         }

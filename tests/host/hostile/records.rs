@@ -1,15 +1,15 @@
-//! Results and records, tampered with: no report, comparison or merging panics, and no record is taken over that is not
-//! what was written.
+//! Tampered results and records: no report, comparison or merge panics, and a record is taken over only if it is
+//! unchanged.
 
 use std::path::Path;
 
 use cvr::compare;
-use cvr::experiment::cell_file::CellFile;
-use cvr::experiment::folder::OutFolder;
-use cvr::experiment::identity;
-use cvr::experiment::merge::{Source, merge};
-use cvr::experiment::record::Record;
-use cvr::experiment::results::Results;
+use cvr::experiment::files::cell_file::CellFile;
+use cvr::experiment::files::folder::OutFolder;
+use cvr::experiment::files::results::Results;
+use cvr::experiment::identity::experiment;
+use cvr::experiment::records::record::Record;
+use cvr::experiment::shards::merge::{Source, merge};
 use cvr::report;
 use serde_json::Value;
 
@@ -47,7 +47,7 @@ fn run() -> Folder {
     folder
 }
 
-/// A JSON file with edits: of values, or of bytes.
+/// A JSON file with edits of values or bytes.
 fn edited(dice: &mut Dice, whole: &[u8]) -> Vec<u8> {
     if dice.below(4) == 0 {
         let mut file = whole.to_vec();
@@ -73,7 +73,7 @@ fn no_results_make_report_or_comparison_panic() {
         std::fs::create_dir(&out).unwrap();
         let Ok(results) = Results::read(&bad) else { return Ok(false) };
         let Results { provenance, records, refused } = &results;
-        let folder = OutFolder::adopt(&out, identity::owner(provenance))?;
+        let folder = OutFolder::adopt(&out, experiment::owner(provenance))?;
         report::write(&folder, provenance, records, refused).map_err(|e| format!("report: {e}"))?;
         let Ok(sides) = compare::read(&[good.clone(), bad.clone()]) else { return Ok(false) };
         compare::csv(&sides, 0.1).map_err(|e| format!("compare: {e}"))?;
@@ -103,12 +103,12 @@ fn no_record_makes_merging_panic() {
         let Ok(merged) = Source::read(&a).and_then(|source| merge(vec![source], &[])) else {
             return Ok(false);
         };
-        let folder = OutFolder::adopt(&out, identity::owner(&merged.provenance()))?;
+        let folder = OutFolder::adopt(&out, experiment::owner(&merged.provenance()))?;
         Ok(merged.write(&folder).is_ok())
     });
 }
 
-/// Records as resuming takes them over, from their own file and under their key: each is what was written.
+/// Records as resuming takes them over, from their own file and with their key: each is unchanged.
 fn taken_over(a: &Path, cells: &[String], whole: &[Vec<u8>]) -> Result<(), String> {
     for (name, whole) in cells.iter().zip(whole) {
         let stem = Path::new(name).file_stem().unwrap().to_str().unwrap();

@@ -1,4 +1,4 @@
-//! Volume files of every format, tampered with: refused in a sentence that names the file, or read as what the header says.
+//! Tampered volume files of every format: refused in a sentence that names the file, or read as the header says.
 
 use std::path::PathBuf;
 
@@ -7,11 +7,11 @@ use cvr_core::volume::BrickSource as _;
 
 use super::mutate::{Dice, bytes, campaign};
 
-/// Largest number of samples that any of the files may claim and have: deflate yields at most 1032 bytes for one.
+/// Largest number of samples that a file may claim and have: deflate makes at most 1032 bytes from one.
 const MOST_SAMPLES: u64 = 64 << 20;
 
-/// Good small files: those of other tools that stand beside the readers, those that this software writes, and where
-/// `CVR_DATA` names a folder beside `cases`, those too.
+/// Small valid files: those of other tools next to the readers, those that `cvr` writes, and, if `CVR_DATA` names a
+/// folder next to `cases`, those too.
 fn files() -> Vec<(String, Vec<u8>)> {
     let own = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("src/input/tests/foreign");
     let cases = std::env::var_os("CVR_DATA").map(|data| PathBuf::from(data).join("../cases/inputs"));

@@ -1,8 +1,7 @@
-//! Which files of a crate use what others define.
+//! Which files of a crate use definitions of others.
 //!
-//! A file depends on the file that defines an item it names. Where a module hands on what another defines (`pub use`), the
-//! definition counts. A module is part of the one that it lies in, and may use what that defines. Tests are left out: they
-//! may use anything.
+//! A file depends on the file that defines an item it names. For a re-export (`pub use`), the definition counts. A
+//! module is part of its parent and may use the parent's definitions. Tests are left out: they may use anything.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -14,14 +13,14 @@ use syn::{Attribute, Item, ItemMod, ItemUse, Macro, UseTree};
 /// Names from the root of the crate down.
 type Names = Vec<String>;
 
-/// A module: what it defines, what it imports, and which paths it names.
+/// A module: its definitions, its imports, and the paths that it names.
 #[derive(Default)]
 struct Module {
     file: PathBuf,
     children: BTreeSet<String>,
     /// Name in this module → the path that was imported.
     imports: BTreeMap<String, Names>,
-    /// Modules all of whose names are imported.
+    /// Modules with all names imported.
     globs: Vec<Names>,
     defined: BTreeSet<String>,
     paths: BTreeSet<Names>,
@@ -30,7 +29,7 @@ struct Module {
 /// The modules of a crate by their path.
 pub struct Crate(BTreeMap<Names, Module>);
 
-/// Reads `lib.rs` or `main.rs` and all modules below it. `read` yields the text of a file, if there is one.
+/// Reads `lib.rs` or `main.rs` and all modules below it. `read` returns the text of a file, if it exists.
 pub fn read_crate(root: &Path, read: &dyn Fn(&Path) -> Option<String>) -> Crate {
     let mut modules = Crate(BTreeMap::new());
     let folder = root.parent().unwrap_or(Path::new(""));
@@ -77,12 +76,15 @@ impl Crate {
         }
     }
 
-    /// The module in which what a path names is defined; `None` for a module itself, and for what is not this crate's.
+    /// The module that defines the last name of a path. `None` for a module itself, and for items of other crates.
     fn definer(&self, path: &[String], budget: u32) -> Option<Names> {
         let mut at: Names = Vec::new();
         for (i, name) in path.iter().enumerate() {
             let module = self.0.get(&at)?;
-            if module.children.contains(name) {
+            // What stands last is a module only where nothing else has its name.
+            let names_item =
+                i + 1 == path.len() && (module.defined.contains(name) || module.imports.contains_key(name));
+            if module.children.contains(name) && !names_item {
                 at.push(name.clone());
                 continue;
             }
@@ -152,7 +154,7 @@ impl Reader<'_> {
         self.visit_item(item);
     }
 
-    /// A path as written, from the root of the crate: `None` where it begins neither at the root nor above.
+    /// A path from the root of the crate. `None` if it begins neither at the root nor in a parent module.
     fn absolute(&self, path: &[String]) -> Option<Names> {
         let mut at = self.at.clone();
         let mut rest = path;
@@ -173,6 +175,10 @@ impl Reader<'_> {
 
     fn path(&mut self, names: Names) {
         let relative = !["crate", "self", "super"].contains(&names[0].as_str());
+        // A value, or how far an item is seen: no item's name.
+        if !relative && names.len() == 1 {
+            return;
+        }
         if relative {
             self.module.paths.insert(names);
         } else if let Some(path) = self.absolute(&names) {
@@ -210,7 +216,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Paths in what a macro is given, which has no syntax of its own.
+    /// Paths in the arguments of a macro, which have no syntax of their own.
     fn tokens(&mut self, tokens: TokenStream) {
         let mut path: Names = Vec::new();
         let mut colons = 0;

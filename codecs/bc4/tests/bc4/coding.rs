@@ -1,5 +1,5 @@
-//! What the encoder promises beyond the battery: the bits of BC4 as others decode them, channels and frames each as if
-//! alone, the search better than the range, and one outcome for any number of threads.
+//! Properties of the encoder beyond the conformance tests: the bits of BC4 as other decoders read them, independent
+//! channels and frames, a search that beats the range, and equal output for any number of threads.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ fn squared_error(volume: &FiniteVolume, quality: &str) -> f64 {
     decoded.iter().zip(source).map(|(d, s)| f64::from(d - s).powi(2)).sum()
 }
 
-/// What another implementation makes of a block: 8 bits, what lies between cut off.
+/// Another implementation's 8-bit result for a block, with fractions cut off.
 fn by_another(words: [u32; 2]) -> [u8; TEXELS] {
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let mut pixels = [0_u32; TEXELS];
@@ -43,7 +43,7 @@ fn by_another(words: [u32; 2]) -> [u8; TEXELS] {
     pixels.map(|pixel| (pixel >> 16) as u8)
 }
 
-/// Every pair of endpoints with every index: the other decoder yields our level without its fraction, or rounded.
+/// Every pair of endpoints with every index: the other decoder returns our level truncated or rounded.
 #[test]
 fn another_decoder_reads_the_same_levels() {
     let indices = std::array::from_fn(|i| (i * 5 % 8) as u8);
@@ -68,7 +68,7 @@ fn another_decoder_notices_another_order() {
     assert_ne!(by_another(pack(Ends([200, 20]), &indices)), by_another(pack(Ends([20, 200]), &indices)));
 }
 
-/// A whole volume, its blocks taken from the tensor as the README tells.
+/// A whole volume. Its blocks are read from the tensor as the README specifies.
 #[test]
 fn another_decoder_reads_our_volumes() {
     let volume = bytes([13, 10, 3], 1, 1, |p, _, _| hash(p, 5) / 3 + (p[0] * 9) as u8);
@@ -103,7 +103,7 @@ fn each_channel_of_each_frame_is_coded_as_if_alone() {
 
 #[test]
 fn what_a_block_can_hold_is_exact() {
-    // At most two values in a block, or codes between two endpoints, or 0 and 255 beside six levels.
+    // Blocks with at most two values, or codes between two endpoints, or 0 and 255 next to six levels.
     for value in [
         |p: [u32; 3]| (p[0] / 4 * 31 + p[1] / 4 * 7 + p[2]) as u8,
         |p: [u32; 3]| ((p[0] + p[1]) % 8 * 3 + p[2] * 11) as u8,
@@ -142,7 +142,7 @@ fn blocks_are_half_a_byte_a_voxel_and_a_texture_as_they_are() {
     assert!(decoder.block_texture(FrameIndex(2), Level::FULL).is_none());
 }
 
-/// Every level is a texel: what a texture of 16 bits holds is what the CPU decodes.
+/// Every level is a texel value: a texture of 16 bits holds what the CPU decodes.
 #[test]
 fn a_texel_is_a_level() {
     let volume = bytes([16, 16, 3], 1, 1, |p, _, _| hash(p, 9));
@@ -157,7 +157,7 @@ fn a_texel_is_a_level() {
     }
 }
 
-/// The range that a decoder knows of a box is that of its blocks, and reaches to code 0.
+/// The decoder's range of a box is the range of its blocks, extended to code 0.
 #[test]
 fn a_value_range_is_that_of_the_blocks() {
     let extent = Extent::new(8, 8, 2).unwrap();
@@ -170,7 +170,7 @@ fn a_value_range_is_that_of_the_blocks() {
     let range = |origin, size| {
         let region = Region { origin, extent: Extent::try_from(size).unwrap() };
         let range = decoder.value_range(BrickKey::full(FrameIndex::FIRST, region)).unwrap();
-        // In codes, of which 255 reach from -400 to 500.
+        // In codes: 255 of them cover -400 to 500.
         [range.min, range.max].map(|v| ((v + 400.0) * 255.0 / 900.0).round())
     };
     assert_eq!(range([0; 3], [8, 8, 1]), [0.0, 255.0]);

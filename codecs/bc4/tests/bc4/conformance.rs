@@ -1,4 +1,4 @@
-//! The battery of `cvr-core`, over both qualities.
+//! The conformance tests, for both qualities.
 
 use cvr_codec_tests::settings;
 use cvr_core::codec::Settings;
@@ -8,7 +8,7 @@ fn passes(settings: &Settings) {
     let dump = cvr_codec_tests::device::dump("bc4::conformance");
     let report = conformance::run_with(cvr_bc4::codec().as_ref(), std::slice::from_ref(settings), dump);
     report.assert_ok();
-    // `largest`: a range from the lowest to the highest single overflows; and one whose steps would vanish.
+    // May be refused: `largest`, whose range overflows, and a volume whose steps would vanish.
     assert!(report.refused <= 2, "{} of {} volumes refused", report.refused, report.checks);
 }
 
@@ -22,7 +22,7 @@ fn the_range_passes() {
     passes(&settings(&[("quality", "range")]));
 }
 
-/// Where a device runs the shaders, a wrong one does not pass.
+/// If a device runs the shaders, a wrong shader fails.
 #[test]
 fn a_wrong_snippet_is_noticed() {
     cvr_codec_tests::device::notices(cvr_bc4::codec(), "16u + 3u * texel", "16u + 3u * (texel ^ 1u)");

@@ -1,4 +1,4 @@
-//! Tests of `bc4` as an application sees it.
+//! Tests of `bc4` through its public interface.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 

@@ -1,5 +1,5 @@
-//! PSNR and rate on real volumes, against the block code of others, whose endpoints have as many bits as the samples.
-//! Skips without `CVR_DATA`.
+//! PSNR and rate on real volumes, compared with peers. Endpoints of the peers' block code have as many bits as the
+//! samples. Skips without `CVR_DATA`.
 //!
 //! The table of docs/benchmarks/bc4.md:
 //! `CVR_DATA=folder cargo test --release -p cvr-bc4 --test bc4 real_volumes -- --nocapture --test-threads=1`
@@ -37,7 +37,7 @@ fn measured(name: &str, volume: &FiniteVolume, quality: &str) -> (f64, f64) {
     (psnr, rate)
 }
 
-/// The search is better than the range, at the same rate; returns what it reaches.
+/// The search is better than the range, at the same rate. Returns its PSNR and rate.
 fn searched(name: &str) -> Option<(f64, f64)> {
     let volume = volume_of(&folder()?, name);
     let [range, search] = ["range", "search"].map(|quality| measured(name, &volume, quality));
@@ -45,7 +45,7 @@ fn searched(name: &str) -> Option<(f64, f64)> {
     Some(search)
 }
 
-/// At least the PSNR of others, at no more bits than theirs; a header of a small file aside.
+/// At least the peers' PSNR, at no more than their bits, except for the header of a small file.
 fn holds(name: &str, psnr: f64, bits: f64) {
     let Some((own, rate)) = searched(name) else { return };
     assert!(own >= psnr, "{name}: {own} dB, others reach {psnr}");
@@ -82,7 +82,7 @@ fn spin_labelling() {
     holds("pcasl", 41.342, 5.0);
 }
 
-/// Each channel in blocks of its own.
+/// Each channel has its own blocks.
 #[test]
 fn colours() {
     holds("dti_rgb", 43.679, 4.01);

@@ -1,7 +1,7 @@
-//! Streams of every version so far, which must decode for ever to what they decoded to when they were kept.
+//! Kept streams of every version. They must decode to the same values for ever.
 //!
-//! A stream that is kept is never written again. To keep one more, add it to the list and run with `CVR_BLESS=1`: the
-//! file is written where there is none, and the test prints its checksum.
+//! A kept stream is never rewritten. To add one, add it to the list and run with `CVR_BLESS=1`. This writes missing
+//! files and prints their checksums.
 
 use cvr_bc4::BC4;
 use cvr_codec_tests::kept::{Kept, assert_unchanged, checksums, with_flipped};
@@ -12,14 +12,14 @@ use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, V
 const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
 const KEPT: [Kept<1>; 2] = [
-    // A range that single precision rounds, frames, blocks beyond the border along both axes.
+    // A range that single precision rounds, several frames, and blocks cut along both axes.
     Kept {
         name: "v1-f32-frames",
         version: 1,
         crc32c: [0x8c13_0ca4],
         made: || made("search", SampleType::F32, 1, 2),
     },
-    // Colours of 8 bits, and the endpoints of the range.
+    // Colours of 8 bits, with the endpoints of the range.
     Kept {
         name: "v1-rgb-range",
         version: 1,
@@ -48,7 +48,7 @@ fn streams_that_were_kept_decode_to_what_they_did() {
     assert_unchanged(&BC4, FOLDER, &KEPT, STAGES);
 }
 
-/// The checksums notice one bit of an endpoint, and one of an index.
+/// The checksums detect one changed bit of an endpoint, and of an index.
 #[test]
 fn another_bit_has_another_checksum() {
     for byte in [0, 8 * 5 + 3] {

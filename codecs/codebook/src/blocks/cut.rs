@@ -3,8 +3,8 @@
 use cvr_core::codec::Block;
 use cvr_core::volume::Extent;
 
-/// All sizes in voxels that a block of a volume of `extent` has once the border has cut it: at most two along each
-/// axis, the cut one first.
+/// All sizes in voxels of the blocks of a volume of `extent`, after the border cuts them: at most two along each axis,
+/// the cut one first.
 #[must_use]
 pub fn cuts(block: Block, extent: Extent) -> Vec<[usize; 3]> {
     let (whole, grid) = (block.0.to_array(), block.grid(extent).to_array());
@@ -21,7 +21,7 @@ pub fn cuts(block: Block, extent: Extent) -> Vec<[usize; 3]> {
     lines.flat_map(|(y, z)| xs.iter().map(move |x| [*x, y, z])).collect()
 }
 
-/// Which components of a block's vector lie in the volume when the block is cut to `cut` voxels.
+/// Which components of a block's vector lie in the volume, if the block is cut to `cut` voxels.
 #[must_use]
 pub fn inside(block: Block, channels: u32, cut: [usize; 3]) -> Vec<bool> {
     let [x, y, z] = block.0.to_array().map(|s| s as usize);

@@ -8,12 +8,12 @@ use cvr_core::volume::BrickSource;
 use super::{stratified_training_vectors, training_vectors};
 use crate::Vectors;
 
-/// Which blocks stand for all, where there are more than are trained on.
+/// How training blocks are drawn, if there are more blocks than are trained on.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Draw {
     /// Each as likely as any other.
     Uniform,
-    /// Half of them spread evenly over strata of the blocks' variance, each with the weight of those that it stands for.
+    /// Half of them evenly over strata of the blocks' variance. Each has the weight of the blocks that it represents.
     Stratified,
 }
 
@@ -21,7 +21,7 @@ impl Draw {
     /// All names, as settings have them.
     pub const NAMES: &'static [&'static str] = &["uniform", "stratified"];
 
-    /// The way of that name.
+    /// The way with that name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         match name {

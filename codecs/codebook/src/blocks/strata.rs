@@ -1,9 +1,9 @@
-//! A training set that rare blocks are sure to be in: drawn by strata of the blocks' variance.
+//! A training set that contains rare blocks: it is drawn by strata of the blocks' variance.
 //!
 //! Most blocks of many volumes are flat, and a uniform choice holds few of the edges. Here half of the choice is spread
-//! evenly over strata, each of blocks whose variances differ by a factor of 16 at most; every block weighs as many blocks
-//! as it was drawn for, so that the expectation of a weighted sum over the choice is that of a uniform one (Cochran 1977,
-//! chapter 5). The volume is read twice and never held.
+//! evenly over strata. The variances of a stratum's blocks differ by a factor of at most 16. Each block weighs as many
+//! blocks as it represents, so the expectation of a weighted sum equals that of a uniform choice (Cochran 1977, chapter
+//! 5). The volume is read twice and never held in memory.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -18,10 +18,10 @@ use crate::{Vectors, sample};
 
 /// Strata at most: the flattest one takes all blocks below.
 const MOST: usize = 8;
-/// Rows of blocks that one step reads, between two looks at the progress.
+/// Rows of blocks read in one step. Progress is reported between steps.
 const STEP: usize = 256;
 
-/// A row of blocks, and how many of each class there are.
+/// A row of blocks, and the number of blocks of each class.
 struct Counted {
     frame: FrameIndex,
     by: u32,
@@ -29,7 +29,7 @@ struct Counted {
     classes: BTreeMap<i32, u64>,
 }
 
-/// At most `count` blocks of the frames `frames`, as [`super::training_vectors`] gives them, but for the choice.
+/// As [`super::training_vectors`], but drawn by strata.
 ///
 /// # Errors
 /// Those of reading, and when `run` was cancelled.
@@ -101,7 +101,8 @@ pub fn stratified_training_vectors(
     read_wanted(source, block, &rows, run)
 }
 
-/// The class of each block of a row: the binary exponent of its variance by fours; the lowest where it is flat.
+/// The class of each block of a row: the binary exponent of its variance, divided by four. Flat blocks are in the
+/// lowest class.
 fn row_classes(
     source: &dyn BrickSource,
     block: Block,
@@ -129,7 +130,7 @@ mod tests {
     use super::*;
     use cvr_core::volume::{DenseVolume, Extent, SampleType, Samples, VolumeLayout};
 
-    /// Flat but for ten blocks of 2³ with an edge, the last of them cut by the border.
+    /// Flat, except for ten blocks of 2³ with an edge. The border cuts the last of them.
     fn volume() -> DenseVolume {
         let extent = Extent::new(39, 40, 40).unwrap();
         let layout = VolumeLayout::scalar(extent, SampleType::U8);
@@ -152,7 +153,7 @@ mod tests {
         assert_eq!(edges.len(), 10, "all of ten blocks in 8000");
         let whole: Vec<f64> = edges.iter().map(|i| vectors.weight(*i) * 80.0).collect();
         assert!(whole.iter().all(|w| (w - 1.0).abs() < 1e-9 || (w - 0.5).abs() < 1e-9), "{whole:?}");
-        // 7600 whole blocks and 400 halves weigh as 100 of them would on average.
+        // 7600 whole blocks and 400 halves have on average the weight of 100 of them.
         let expected = 100.0 * 7800.0 / 8000.0;
         assert!((vectors.total_weight() - expected).abs() < 3.0, "{}", vectors.total_weight());
         assert_eq!(draw(100, 1), draw(100, 1));

@@ -1,4 +1,4 @@
-//! The training set of a table: blocks drawn by chance, over all frames that the table serves.
+//! The training set of a table: randomly drawn blocks of all frames that the table serves.
 
 use std::ops::Range;
 
@@ -9,20 +9,20 @@ use rayon::prelude::*;
 
 use crate::{Vectors, sample};
 
-/// Rows of blocks that one step reads, between two looks at the progress.
+/// Rows of blocks read in one step. Progress is reported between steps.
 const STEP: usize = 256;
 
-/// A row of blocks, and which of them are wanted.
+/// A row of blocks, and the wanted ones among them.
 pub(super) struct Wanted {
     pub frame: FrameIndex,
     pub by: u32,
     pub bz: u32,
-    /// Numbers along x, and what a whole block of that number weighs.
+    /// Position along x, and the weight of a whole block there.
     pub blocks: Vec<(u32, f64)>,
 }
 
-/// At most `count` blocks of the frames `frames`, as vectors. A block that the volume's border cuts is filled by
-/// repeating its last voxels, and weighs as much as the part of it that exists.
+/// At most `count` blocks of the frames `frames`, as vectors. A block cut by the volume's border is padded with its
+/// last voxels. Its weight is the fraction of it that lies in the volume.
 ///
 /// # Errors
 /// Those of reading, and when `run` was cancelled.

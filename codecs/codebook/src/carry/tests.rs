@@ -27,8 +27,8 @@ fn by_hand(vectors: &Vectors, codebook: &Codebook) -> Vec<Nearest> {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 80, failure_persistence: None, ..ProptestConfig::default() })]
-    /// Codewords wander, vanish, unite and appear, as in training but at will; after every round each vector has the
-    /// codeword that a search by hand finds, and its bound holds. Few levels give many ties.
+    /// Codewords move, vanish, unite and appear at random, as they do in training. After every round each vector has
+    /// the codeword of a brute-force search, and its bound holds. Few levels give many ties.
     #[test]
     fn rounds_carried_on_are_rounds_searched_anew(
         dimension in 1_usize..12,

@@ -1,4 +1,4 @@
-//! The first codebook, which [`crate::lbg`] refines. One file for each way to begin.
+//! The first codebook. [`crate::lbg`] refines it. One file for each method.
 
 pub mod pca;
 pub mod pnn;
@@ -30,7 +30,7 @@ pub enum Initial {
 pub(crate) struct First {
     /// One after the other.
     pub codewords: Vec<f64>,
-    /// For each vector a codeword near to it, where making the codebook told one.
+    /// A codeword near each vector, if the method yields it.
     pub cells: Option<Vec<u32>>,
 }
 
@@ -38,7 +38,7 @@ impl Initial {
     /// All names, as settings and records have them.
     pub const NAMES: &'static [&'static str] = &["pca", "pnn", "scalar", "random"];
 
-    /// The way of that name.
+    /// The method with that name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         [Self::Pca, Self::Pnn, Self::Scalar, Self::Random].into_iter().find(|i| i.name() == name)
@@ -55,8 +55,7 @@ impl Initial {
         }
     }
 
-    /// At most `size` vectors, one after the other, before they are quantised. `seed` decides where chance has a part
-    /// in it.
+    /// At most `size` vectors, concatenated, before they are quantised. `seed` controls random choices.
     ///
     /// # Errors
     /// When `run` was cancelled.

@@ -1,8 +1,8 @@
-//! PCA splits: the cell of largest distortion is cut at its mean, across its principal axis, until there are as many
-//! cells as codewords (Schneider and Westermann 2003).
+//! PCA splits: the cell of largest distortion is cut at its mean, perpendicular to its principal axis, until there are
+//! enough cells (Schneider and Westermann 2003).
 //!
-//! The next few cells in turn are cut at the same time, before it is known which will be the worst: a cut depends on its
-//! cell alone, and those that turn out not to be wanted are forgotten.
+//! The next few cells are cut in parallel, before it is known which cell will be the worst. A cut depends only on its
+//! cell. Unused cuts are discarded.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -13,22 +13,22 @@ use rayon::prelude::*;
 use crate::Vectors;
 use crate::wide::{add_scaled, dot, dot_single, subtract, wide};
 
-/// Vectors of a task; sums over tasks are combined in order.
+/// Vectors per task. Sums of tasks are combined in order.
 const TASK: usize = 2048;
 /// Cells that are cut at the same time.
 const AHEAD: usize = 16;
-/// Vectors from which a principal axis is found, evenly spread over the cell.
+/// Number of vectors from which a principal axis is computed, evenly spread over the cell.
 const AXIS_VECTORS: usize = 512;
 /// Steps of the power iteration, at most.
 const AXIS_STEPS: usize = 12;
-/// Squared sine of the angle between two steps below which the axis has settled.
+/// The axis counts as settled if the squared sine of the angle between two steps is below this.
 const AXIS_SETTLED: f32 = 1e-4;
 
-/// Vectors that one codeword will stand for.
+/// Vectors that one codeword will represent.
 struct Cell {
-    /// Numbers of the vectors, ascending.
+    /// Indices of the vectors, ascending.
     members: Vec<u32>,
-    /// How many members lie in cells before this one.
+    /// Number of members in the cells before this one.
     from: usize,
     mean: Vec<f64>,
     /// Weighted squared distance from the mean.
@@ -36,7 +36,7 @@ struct Cell {
     cut: Cut,
 }
 
-/// What is known of a cell's halves.
+/// State of a cell's cut.
 enum Cut {
     Unknown,
     /// All members are equal.
@@ -59,16 +59,16 @@ impl PartialOrd for Cell {
 }
 
 impl Ord for Cell {
-    /// Of equal distortions the cell that comes first is the larger.
+    /// Of equal distortions, the earlier cell counts as larger.
     fn cmp(&self, other: &Self) -> Ordering {
         self.distortion.total_cmp(&other.distortion).then(other.from.cmp(&self.from))
     }
 }
 
-/// The cells: their means, and for every vector the number of its cell.
+/// The cells: their means, and the cell of every vector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Split {
-    /// At most as many as were asked for, one after the other; fewer where cells are left that hold one vector each.
+    /// The means, concatenated. Fewer than requested if every remaining cell holds one vector.
     pub means: Vec<f64>,
     /// Cell of each vector.
     pub cells: Vec<u32>,
@@ -118,7 +118,7 @@ pub fn split(vectors: &Vectors, size: usize, run: &Progress<'_>) -> Result<Split
     Ok(Split { means: closed.into_iter().flat_map(|cell| cell.mean).collect(), cells })
 }
 
-/// Sums over some vectors, of differences from a point.
+/// Sums over some vectors of their differences from a point.
 struct Sums {
     weight: f64,
     differences: Vec<f64>,
@@ -144,7 +144,7 @@ impl Sums {
         self
     }
 
-    /// The cell of these vectors; `point` is what the differences were taken from.
+    /// The cell of these vectors. Differences were taken from `point`.
     fn cell(self, vectors: &Vectors, members: Vec<u32>, from: usize, point: &[f64]) -> Cell {
         if let [one] = members[..] {
             let mean = vectors.vector(one as usize).iter().map(|x| f64::from(*x)).collect();
@@ -157,7 +157,7 @@ impl Sums {
     }
 }
 
-/// Sums over the members: in order within a task, then over the tasks in order.
+/// Sums over the members: in order within a task, then over tasks in order.
 fn sums_of(vectors: &Vectors, members: &[u32], point: &[f64]) -> Sums {
     let task = |members: &[u32]| {
         wide(|| {
@@ -173,7 +173,7 @@ fn sums_of(vectors: &Vectors, members: &[u32], point: &[f64]) -> Sums {
     parts.iter().fold(Sums::none(point.len()), Sums::join)
 }
 
-/// Members on both sides of a cut, and their sums.
+/// Members on both sides of a cut, with their sums.
 struct Sides {
     members: [Vec<u32>; 2],
     sums: [Sums; 2],
@@ -209,14 +209,14 @@ impl Cell {
         });
     }
 
-    /// Members at or below the mean along the principal axis, and those above; `None` where all are equal.
+    /// Members at or below the mean along the principal axis, and those above. `None` if all are equal.
     fn sides(&self, vectors: &Vectors) -> Option<Sides> {
         let axis = principal_axis(vectors, &self.members, &self.mean);
         let sides = self.parted(vectors, |_, differences| dot(differences, &axis) > 0.0);
         if sides.members.iter().all(|side| !side.is_empty()) {
             return Some(sides);
         }
-        // The axis is lost in rounding: cut the widest component in the middle.
+        // The axis is lost in rounding, so the widest component is cut in the middle.
         let ends = |s: usize| {
             let component = |i: &u32| vectors.vector(*i as usize)[s];
             self.members.iter().map(component).fold((f32::MAX, f32::MIN), |(a, b), v| (a.min(v), b.max(v)))
@@ -231,7 +231,7 @@ impl Cell {
         (low < high).then(|| self.parted(vectors, |vector, _| f64::from(vector[widest]) > middle))
     }
 
-    /// The members by side; `is_upper` sees a vector and its difference from the mean.
+    /// The members of each side. `is_upper` gets a vector and its difference from the mean.
     fn parted(&self, vectors: &Vectors, is_upper: impl Fn(&[f32], &[f64]) -> bool + Sync) -> Sides {
         let dimension = self.mean.len();
         let task = |members: &[u32]| {
@@ -255,9 +255,9 @@ impl Cell {
     }
 }
 
-/// The direction of largest variance, of length 1, by power iteration: a step costs two products per component, where a
-/// decomposition of the covariance would need the square of the dimension in memory. It need not be exact, and is in
-/// single precision: any axis near it cuts as well.
+/// The direction of largest variance, with length 1, by power iteration. A step needs two products per component. A
+/// decomposition of the covariance would need memory of the squared dimension. Single precision is enough, because any
+/// axis near it cuts as well.
 fn principal_axis(vectors: &Vectors, members: &[u32], mean: &[f64]) -> Vec<f64> {
     let dimension = mean.len();
     let rows = centred(vectors, members, mean);
@@ -286,7 +286,7 @@ fn principal_axis(vectors: &Vectors, members: &[u32], mean: &[f64]) -> Vec<f64> 
     axis.into_iter().map(f64::from).collect()
 }
 
-/// Differences of some members from the mean, times the root of their weights, scaled to at most 1.
+/// Differences of some members from the mean, times the square root of their weights, scaled to at most 1.
 fn centred(vectors: &Vectors, members: &[u32], mean: &[f64]) -> Vec<f32> {
     let dimension = mean.len();
     wide(|| {
@@ -303,7 +303,7 @@ fn centred(vectors: &Vectors, members: &[u32], mean: &[f64]) -> Vec<f32> {
     })
 }
 
-/// Scales to length 1, over the largest component first, so that no square overflows; leaves zero as it is.
+/// Scales to length 1. It divides by the largest component first, so that no square overflows. Zero stays zero.
 #[inline(always)]
 fn normalise(axis: &mut [f32]) {
     let largest = axis.iter().fold(0.0, |m: f32, a| m.max(a.abs()));

@@ -1,10 +1,9 @@
-//! Pairwise nearest neighbours: every vector is a cluster, and the two clusters whose union adds least distortion are
-//! united until as many are left as there are to be codewords (Equitz 1989).
+//! Pairwise nearest neighbours: every vector is a cluster. The two clusters whose union adds least distortion are
+//! united, until there are as many as codewords are wanted (Equitz 1989).
 //!
-//! Of all pairs only those are looked at that lie in one bucket of a k-d tree, and the better half of the buckets' best
-//! unions are carried out before the tree is built anew (Equitz's fast form, section IV). So a pass takes time
-//! proportional to n·log n, and each leaves a sixteenth of the clusters fewer. Where there are more vectors than
-//! [`MOST`], a seeded choice of so many takes part.
+//! Only pairs within one bucket of a k-d tree are considered. The better half of the buckets' best unions are carried
+//! out before the tree is rebuilt (Equitz's fast form, section IV). So a pass takes time proportional to n·log n and
+//! leaves a sixteenth fewer clusters. If there are more vectors than [`MOST`], a seeded choice of that many takes part.
 
 use cvr_core::codec::{Cancelled, Progress};
 
@@ -12,10 +11,10 @@ use crate::{Vectors, sample};
 
 /// Vectors that take part, at most.
 pub const MOST: usize = 1 << 16;
-/// Clusters in a bucket, at most: two are united of about this many.
+/// Most clusters in a bucket. One pair per bucket is considered.
 const BUCKET: usize = 8;
 
-/// Clusters as they are left: weights, and means one after the other.
+/// The remaining clusters: weights, and concatenated means.
 struct Clusters {
     dimension: usize,
     weights: Vec<f64>,
@@ -29,7 +28,7 @@ struct Union {
     gone: u32,
 }
 
-/// At most `size` means of clusters, one after the other, in the order of the first vector of each.
+/// At most `size` means of clusters, concatenated, ordered by the first vector of each.
 ///
 /// # Errors
 /// When `run` was cancelled.
@@ -65,7 +64,7 @@ impl Clusters {
         &self.means[i as usize * self.dimension..][..self.dimension]
     }
 
-    /// The best union of each bucket; the members are sorted into buckets.
+    /// The best union of each bucket. Sorts the members into buckets.
     fn best_unions(&self, members: &mut [u32]) -> Vec<Union> {
         if members.len() <= BUCKET {
             members.sort_unstable();
@@ -85,7 +84,7 @@ impl Clusters {
         unions
     }
 
-    /// The component of largest variance; of several the first. At most 256 members, evenly spread, are asked.
+    /// The component of largest variance, the first of equals. It examines at most 256 members, evenly spread.
     fn widest(&self, members: &[u32]) -> usize {
         let some = || members.iter().step_by(members.len().div_ceil(256));
         let first = self.mean(members[0]);
@@ -103,7 +102,7 @@ impl Clusters {
         widest.unwrap_or(0)
     }
 
-    /// The union of least cost; of several the first.
+    /// The union of least cost, the first of equals.
     fn best(&self, members: &[u32]) -> Option<Union> {
         let mut best: Option<Union> = None;
         for (a, &kept) in members.iter().enumerate() {

@@ -1,9 +1,9 @@
-//! Training vectors drawn by chance, no two of them equal.
+//! Randomly drawn training vectors. No two are equal.
 
 use crate::{Vectors, sample};
 
-/// At most `size` distinct vectors, one after the other, each as likely as any other whatever its weight; the choice
-/// is that of [`sample::choose`]. All vectors where there are no more.
+/// At most `size` distinct vectors, concatenated. All are equally likely, regardless of weight. [`sample::choose`]
+/// makes the choice. All vectors if there are no more than `size`.
 ///
 /// # Panics
 /// When there are no vectors.

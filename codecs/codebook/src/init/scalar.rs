@@ -1,11 +1,10 @@
-//! Independent scalar quantisers: every component is quantised by itself, bits go where the error is largest, and the
-//! points of the product grid that stand for most vectors are the codebook (Gersho and Gray 1992, section 8.2, for the
+//! Independent scalar quantisers. Every component has its own quantiser, and bits go where the error is largest. The
+//! codebook is the points of the product grid that represent most vectors (Gersho and Gray 1992, section 8.2, for the
 //! allocation of bits).
 //!
-//! A component's quantiser grows by a bit when each of its intervals is cut at the mean of the values in it. A bit is
-//! given to the component with the largest error left, until vectors lie in as many cells of the grid as there are to be
-//! codewords. A full grid of correlated components would be empty for the most part: only cells that hold vectors are
-//! ever formed.
+//! A component's quantiser grows by a bit when each of its intervals is cut at the mean of its values. The component
+//! with the largest remaining error gets the next bit, until vectors lie in as many cells of the grid as codewords are
+//! wanted. Only cells with vectors are formed: a full grid of correlated components would be mostly empty.
 
 use std::collections::HashMap;
 
@@ -17,7 +16,7 @@ use crate::Vectors;
 /// Bits that a component takes, at most.
 const MOST_BITS: u32 = 16;
 
-/// The quantiser of one component: for every vector the interval that it lies in.
+/// The quantiser of one component: the interval of every vector.
 struct Component {
     bits: u32,
     interval: Vec<u32>,
@@ -27,7 +26,7 @@ struct Component {
     error: f64,
 }
 
-/// At most `size` points of the product grid, one after the other: those that stand for the largest weight of vectors.
+/// At most `size` points of the product grid, concatenated: those that represent the largest weight of vectors.
 ///
 /// # Errors
 /// When `run` was cancelled.
@@ -55,7 +54,7 @@ pub fn grid(vectors: &Vectors, size: usize, run: &Progress<'_>) -> Result<Vec<f6
     Ok(heaviest(vectors, &components, &cells, count, size))
 }
 
-/// Points of the cells of largest weight, in the order in which vectors first lie in them.
+/// Points of the cells of largest weight, ordered by their first vectors.
 fn heaviest(
     vectors: &Vectors,
     components: &[Component],
@@ -98,7 +97,7 @@ impl Component {
         Self { bits, interval, levels, error }
     }
 
-    /// Every interval cut at its level. Of the new intervals only those stay that hold a vector.
+    /// Cuts every interval at its level. Only new intervals that contain a vector are kept.
     fn finer(&self, vectors: &Vectors, s: usize) -> Self {
         let mut names = vec![u32::MAX; 2 * self.levels.len()];
         let mut count = 0;
@@ -133,7 +132,7 @@ mod tests {
 
     #[test]
     fn the_grid_is_thinned_to_the_points_that_stand_for_most() {
-        // Eight corners of a square's grid; those of weight stay.
+        // Eight corners of a square's grid. Those with weight are kept.
         let mut vectors = Vectors::new(3);
         for i in 0..8_u8 {
             let corner = [0, 1, 2].map(|s| f32::from(i >> s & 1));

@@ -63,7 +63,7 @@ fn channels_and_frames_are_files_of_their_own() {
     let stream = encode(codec.as_ref(), &pairs, &volume).unwrap();
     let decoded = frames(codec.as_ref(), stream).unwrap();
     assert_eq!(VolumeError::compare(&volume, decoded).max_abs_error, 0.0);
-    // The test of this test: each file is one channel of one frame.
+    // Tests the test: each file is one channel of one frame.
     let only_of_20 = "sh -c 'test $(wc -c < {in}) -eq 60 && cp {in} {out}'";
     assert!(encode(codec.as_ref(), &[("encode", only_of_20)], &volume).is_ok());
     let other = "sh -c 'test $(wc -c < {in}) -eq 180 && cp {in} {out}'";
@@ -106,7 +106,7 @@ fn what_goes_wrong_is_told_with_the_command() {
     assert!(decoding("sh -c 'echo broken; false # {in} {out}'").contains(": broken"));
 }
 
-/// None of these is waited for or read: a FIFO has no other end, a device none at all, and the file is a terabyte long.
+/// None of these is waited for or read: a FIFO without another end, an endless device, a file of a terabyte.
 #[test]
 fn outputs_that_are_no_regular_files_of_the_expected_size_are_refused() {
     let volume = volume([4, 4, 4], SampleType::U8);
@@ -138,7 +138,7 @@ fn outputs_that_are_no_regular_files_of_the_expected_size_are_refused() {
     assert_eq!(VolumeError::compare(&volume, frames(codec.as_ref(), stream).unwrap()).max_abs_error, 0.0);
 }
 
-/// What a command leaves in place of its input and messages must not stop the next one.
+/// Files that a command leaves in place of its input and messages must not stop the next command.
 #[test]
 fn what_lies_around_from_the_command_before_is_not_waited_for() {
     let codec = cvr_external::codec();
@@ -158,7 +158,7 @@ fn samples_that_are_no_numbers_are_refused() {
     assert!(problem.contains("wrote a sample of NaN"), "{problem}");
 }
 
-/// A file is not to run a program by being opened: only what the same process has configured itself is run.
+/// Opening a file must not run a program. Only commands that the same process configured are run.
 #[test]
 fn a_stream_from_elsewhere_runs_nothing() {
     let volume = volume([4, 4, 4], SampleType::U8);

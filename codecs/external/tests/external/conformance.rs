@@ -1,4 +1,4 @@
-//! The battery of `cvr-core`, over copies as commands.
+//! The conformance tests, with commands that copy.
 #![cfg(unix)]
 
 use cvr_core::codec::{SettingValue, Settings};

@@ -1,4 +1,4 @@
-//! Tests of `external` as an application sees it.
+//! Tests of `external` through its public interface.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 

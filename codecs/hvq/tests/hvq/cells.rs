@@ -1,4 +1,4 @@
-//! The cell equals eight fetches, for every width of index, number of stages and place of blocks.
+//! The cell function equals eight fetches, for every index width, number of stages and block position.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! What the encoder promises beyond the battery: lossless where the codebooks allow it, stages that each add what they
-//! should, the best index for cut blocks, one pair of tables or many, and one outcome for any number of threads.
+//! Properties of the encoder beyond the conformance tests: lossless if the codebooks allow it, the contribution of each
+//! stage, the best index for cut blocks, one pair of tables or many, and equal output for any number of threads.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -47,7 +47,7 @@ fn frame_values(volume: &FiniteVolume, frame: u32) -> Vec<f32> {
 
 #[test]
 fn fewer_distinct_blocks_than_codewords_are_lossless() {
-    // Six kinds of blocks in a volume whose border cuts none: each of one value.
+    // Six kinds of constant blocks, in a volume without cut blocks.
     let volume = bytes([24, 12, 8], 1, 1, |p, _, _| ((p[0] / 4 + p[1] / 4 + p[2] / 4) % 6 * 40) as u8);
     let stream = encoded(&volume, &[]);
     assert_eq!(tables(&stream), [[1], [1]]);
@@ -73,10 +73,10 @@ fn one_voxel_and_a_constant_volume_are_lossless() {
     }
 }
 
-/// What each stage decodes to is what the paper says of it.
+/// Each stage decodes to what the paper defines.
 #[test]
 fn a_stage_is_the_mean_of_what_the_next_decodes_to() {
-    // 2³ cubes of one value each: means of sub-blocks are all there is.
+    // Constant cubes of 2³: the means of sub-blocks describe them completely.
     let volume = bytes([16, 16, 16], 1, 1, |p, _, _| hash(p.map(|p| p / 2), 3) / 2 + 10);
     let stream = encoded(&volume, &[]);
     let source = frame_values(&volume, 0);
@@ -96,7 +96,7 @@ fn a_stage_is_the_mean_of_what_the_next_decodes_to() {
 #[test]
 fn every_block_gains_by_every_stage() {
     let volume = bytes([19, 13, 9], 3, 2, |p, c, f| hash(p, c + 3 * f) / 3 + (p[0] * 8) as u8);
-    // One training block: codewords that suit few blocks, and none that suits all.
+    // One training block: the codewords suit few blocks.
     for pairs in [&[("training_blocks", "1")][..], &[("coarse_codewords", "9"), ("detail_codewords", "9")]] {
         let stream = encoded(&volume, pairs);
         for frame in 0..2 {
@@ -118,7 +118,7 @@ fn every_block_gains_by_every_stage() {
     }
 }
 
-/// What lies outside the volume must not choose the index: the codeword of a cut block is the best for its voxels.
+/// Values outside the volume must not affect the index: the codeword of a cut block is the best for its voxels.
 #[test]
 fn no_other_codeword_serves_a_cut_block_better() {
     let volume = bytes([9, 7, 5], 1, 1, |p, _, _| hash(p, 3) / 4 + 90);
@@ -178,7 +178,7 @@ fn frames_share_tables_or_have_their_own() {
     for frame in 0..3 {
         assert!(error(&each, frame) < error(&shared, frame), "frame {frame}");
     }
-    // Tables of unequal size: the smaller is filled up.
+    // Tables of unequal size: the smaller one is padded.
     let volume = bytes([8, 8, 8], 1, 2, |p, _, f| if f == 0 { 9 } else { hash(p, 1) / 2 });
     let each = encoded(&volume, &[("tables", "per-frame")]);
     assert_eq!(tables(&each)[1][0], 1);
@@ -187,7 +187,7 @@ fn frames_share_tables_or_have_their_own() {
     assert!(decoded(&each, 1) == frame_values(&volume, 1));
 }
 
-/// A frame like the one before is trained from its codebook, and needs no more rounds than that had needed.
+/// Training of a frame similar to the one before starts from that codebook, and needs no more rounds.
 #[test]
 fn the_codebook_of_a_frame_begins_with_that_of_the_frame_before() {
     let volume = bytes([32, 32, 32], 1, 2, |p, _, _| hash(p, 7) / 16 + (p[0] * p[1] / 6 + p[2] * 2) as u8);
@@ -267,7 +267,7 @@ fn every_first_codebook_is_refined_and_recorded() {
     }
 }
 
-/// Every texel is a level: what a texture holds is what the CPU decodes.
+/// Every texel is a level: a texture holds what the CPU decodes.
 #[test]
 fn a_texel_is_a_level() {
     let volume = bytes([8, 8, 8], 1, 1, |p, _, _| hash(p, 9) / 2 + 20);
@@ -275,7 +275,7 @@ fn a_texel_is_a_level() {
     let DecodedForm { format, scale, offset } = form("8");
     let lowest = frame_values(&volume, 0).into_iter().fold(f32::MAX, f32::min);
     assert_eq!((format, offset), (TexelFormat::Unorm8, lowest));
-    // A range of 127 at most: a level per grey level, so that differences have codes of their own.
+    // A range of at most 127: one level per grey level, so that differences have their own codes.
     assert_eq!(scale, 255.0);
     assert_eq!(form("16").format, TexelFormat::Unorm16);
 }
@@ -284,7 +284,7 @@ fn a_texel_is_a_level() {
 fn a_user_can_stop_the_training() {
     let volume = bytes([32, 32, 32], 1, 1, |p, _, _| hash(p, 9));
     let (flag, calls) = (AtomicBool::new(false), std::sync::atomic::AtomicU32::new(0));
-    // Reading and training report no voxels: the flag is raised long before the first block is coded.
+    // Reading and training report no voxels, so the flag is set long before the first block is coded.
     let run = Progress::new(
         |voxels| {
             assert_eq!(voxels, 0, "coding began");

@@ -1,4 +1,4 @@
-//! The battery of `cvr-core`, over codebook sizes, widths and tables, at every number of stages.
+//! The conformance tests, over codebook sizes, widths and tables, at every number of stages.
 
 use cvr_codec_tests::settings;
 use cvr_core::codec::Settings;
@@ -8,7 +8,7 @@ fn passes(list: &[Settings]) {
     let dump = cvr_codec_tests::device::dump("hvq::conformance");
     let report = conformance::run_with(cvr_hvq::codec().as_ref(), list, dump);
     report.assert_ok();
-    // `largest`: a range from the lowest to the highest single overflows. `smallest normals`: steps below 2^-100.
+    // May be refused: `largest`, whose range overflows, and `smallest normals`, whose steps are below 2^-100.
     assert!(report.refused <= 2 * list.len(), "{} of {} volumes refused", report.refused, report.checks);
 }
 
@@ -55,7 +55,7 @@ fn large_codebooks_and_tables_per_frame_pass() {
     ]);
 }
 
-/// Where a device runs the shaders, a wrong one does not pass.
+/// If a device runs the shaders, a wrong shader fails.
 #[test]
 fn a_wrong_snippet_is_noticed() {
     cvr_codec_tests::device::notices(

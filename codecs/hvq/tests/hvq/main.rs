@@ -1,4 +1,4 @@
-//! Tests of `hvq` as an application sees it.
+//! Tests of `hvq` through its public interface.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 

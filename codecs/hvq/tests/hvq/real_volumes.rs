@@ -1,4 +1,4 @@
-//! PSNR and rate on real volumes, against HVQ by k-means of FAISS as others measured it. Skips without `CVR_DATA`.
+//! PSNR and rate on real volumes, compared with HVQ by k-means of FAISS as peers measured it. Skips without `CVR_DATA`.
 //!
 //! The table of docs/benchmarks/hvq.md:
 //! `CVR_DATA=folder cargo test --release -p cvr-hvq --test hvq real_volumes -- --nocapture --test-threads=1`
@@ -11,7 +11,7 @@ use cvr_core::codec::{Codec as _, Decoder, decode_stages, encode_temporary};
 use cvr_core::volume::{BrickSource as _, FiniteVolume, FrameIndex, NoReferences};
 use cvr_hvq::Hvq;
 
-/// PSNR in dB over max − min of the original, integers rounded, from so many stages, and the largest error.
+/// PSNR in dB over max − min of the original, integers rounded, with this number of stages, and the largest error.
 fn psnr(volume: &FiniteVolume, decoder: &dyn Decoder, stages: u8) -> (f64, f64) {
     let layout = volume.layout();
     let (mut square, mut worst) = (0.0, 0.0_f64);
@@ -61,7 +61,7 @@ fn holds(name: &str, volume: &FiniteVolume, options: &[(&str, &str)], (psnr, rat
     assert!(own_rate <= rate, "{name}: {own_rate} bits, the peers' {rate}");
 }
 
-/// Means of 8 bits, as the peers have them for samples of any depth.
+/// Means of 8 bits. The peers use them for samples of any depth.
 const PEERS: &[(&str, &str)] = &[("mean_bits", "8")];
 
 #[test]
@@ -123,12 +123,12 @@ fn spin_labelling() {
     measured("pcasl", &volume, &[]);
 }
 
-/// The peers code each channel by itself, under indices of its own.
+/// The peers code each channel separately, with its own indices.
 #[test]
 fn colours() {
     let Some(folder) = folder() else { return };
     let volume = volume_of(&folder, "dti_rgb");
     measured("dti_rgb", &volume, &[]);
-    // 8640 blocks: their codebooks are as much as their indices, and how they begin matters.
+    // 8640 blocks: codebooks are as large as indices, and the first codebook matters.
     holds("dti_rgb", &volume, &[("coarse_codewords", "512"), ("init", "pnn")], (27.744, 0.55278));
 }

@@ -1,7 +1,7 @@
-//! Streams of every version so far, which must decode for ever to what they decoded to when they were kept.
+//! Kept streams of every version. They must decode to the same values for ever.
 //!
-//! A stream that is kept is never written again. To keep one more, add it to the list and run with `CVR_BLESS=1`: the
-//! file is written where there is none, and the test prints its checksum.
+//! A kept stream is never rewritten. To add one, add it to the list and run with `CVR_BLESS=1`. This writes missing
+//! files and prints their checksums.
 
 use cvr_codec_tests::kept::{Kept, assert_unchanged, checksums, with_flipped};
 use cvr_core::codec::Settings;
@@ -11,7 +11,7 @@ use cvr_hvq::Hvq;
 const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
 const KEPT: [Kept<3>; 2] = [
-    // Indices of 3 and 5 bits, so that some lie in two words; cut blocks; values that single precision rounds.
+    // Indices of 3 and 5 bits, so that some span two words; cut blocks; values that single precision rounds.
     Kept {
         name: "v1-f32-3-and-5-bits",
         version: 1,
@@ -55,7 +55,7 @@ fn made(
     (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
 }
 
-/// Stages from which a stream is decoded, one after the other.
+/// Numbers of stages from which each stream is decoded.
 const STAGES: [u8; 3] = [1, 2, 3];
 
 #[test]
@@ -63,7 +63,7 @@ fn streams_that_were_kept_decode_to_what_they_did() {
     assert_unchanged(&Hvq, FOLDER, &KEPT, STAGES);
 }
 
-/// The checksums notice one value that is off by one bit of its code; what needs no codeword stays the same.
+/// The checksums detect one value whose code is off by one bit. Values without codewords stay the same.
 #[test]
 fn another_codeword_has_another_checksum() {
     let kept = &KEPT[0];

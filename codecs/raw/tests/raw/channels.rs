@@ -1,4 +1,4 @@
-//! Colours and frames keep every bit, in slabs that end anywhere in a word.
+//! Colours and frames keep every bit, in chunks that end anywhere in a word.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use cvr_core::volume::{
 
 #[test]
 fn every_channel_of_every_frame_is_what_it_was() {
-    // More slices than a slab, and an odd number of samples in each frame.
+    // More slices than a chunk, and an odd number of samples in each frame.
     let extent = Extent::new(5, 3, 19).unwrap();
     let layout = VolumeLayout { channels: 3, frames: 3, ..VolumeLayout::scalar(extent, SampleType::I8) };
     let value = |i: u64| ((i as u32).wrapping_mul(0x9e37_79b9) >> 24) as i8;

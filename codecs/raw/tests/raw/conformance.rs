@@ -1,4 +1,4 @@
-//! The battery of `cvr-core`, for every value of the setting.
+//! The conformance tests, for every value of the setting.
 
 use std::sync::Arc;
 
@@ -25,7 +25,8 @@ fn eight_bits_and_half_pass() {
     conformance::run_with(cvr_raw::codec().as_ref(), &settings, dump).assert_ok();
 }
 
-/// Eight bits over a range of zero would divide by it; a texture of a constant volume holds the value itself.
+/// With eight bits, a range of zero would be a division by zero. The texture of a constant volume holds the value
+/// itself.
 #[test]
 fn a_constant_volume_of_eight_bits_has_a_texel_of_its_own() {
     let form_of = |samples: Vec<u8>| {
@@ -40,7 +41,7 @@ fn a_constant_volume_of_eight_bits_has_a_texel_of_its_own() {
     assert_eq!(form_of(vec![7, 9]).format, TexelFormat::Unorm8);
 }
 
-/// Where a device runs the shaders, a wrong one does not pass.
+/// If a device runs the shaders, a wrong shader fails.
 #[test]
 fn a_wrong_snippet_is_noticed() {
     cvr_codec_tests::device::notices(cvr_raw::codec(), "lane * raw_bits", "(lane ^ 1u) * raw_bits");

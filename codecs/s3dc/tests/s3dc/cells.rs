@@ -1,4 +1,4 @@
-//! The cell equals eight fetches, and a brick of any shape equals its voxels.
+//! The cell function equals eight fetches, and a brick of any shape equals its voxels.
 
 use std::sync::Arc;
 

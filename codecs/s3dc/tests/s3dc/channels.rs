@@ -1,4 +1,4 @@
-//! Colours and frames: each channel of each frame is coded as if it were alone.
+//! Colours and frames: each channel of each frame is coded independently.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ fn decoded(volume: &FiniteVolume, frame: u32) -> Vec<f32> {
     decode_frame(decoder.as_ref(), FrameIndex(frame), &NoReferences).unwrap()
 }
 
-/// Noise whose range differs by channel and frame, so that endpoints of another would show.
+/// Noise whose range depends on channel and frame, so that endpoints of another one would be noticed.
 fn value(voxel: usize, channel: usize, frame: usize) -> u16 {
     let noise = (voxel as u32 * 3 + channel as u32 + 1000 * frame as u32).wrapping_mul(0x9e37_79b9) >> 22;
     (noise as u16 >> channel) + 5000 * channel as u16 + 20_000 * frame as u16

@@ -1,4 +1,4 @@
-//! The battery of `cvr-core`, over block sizes and index widths.
+//! The conformance tests, over block sizes and index widths.
 
 use cvr_core::codec::{SettingValue, Settings};
 use cvr_core::conformance;
@@ -31,7 +31,7 @@ fn odd_and_extreme_blocks_pass() {
     passes(&[settings("1", 4), settings("3x5x2", 2), settings("128", 4)]);
 }
 
-/// Where a device runs the shaders, a wrong one does not pass.
+/// If a device runs the shaders, a wrong shader fails.
 #[test]
 fn a_wrong_snippet_is_noticed() {
     cvr_codec_tests::device::notices(

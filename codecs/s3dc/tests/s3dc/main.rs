@@ -1,4 +1,4 @@
-//! Tests of `s3dc` as an application sees it.
+//! Tests of `s3dc` through its public interface.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 

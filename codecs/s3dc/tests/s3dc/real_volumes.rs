@@ -77,7 +77,7 @@ fn magnetic_resonance_head() {
     let mut bytes = Vec::new();
     flate2::read::ZlibDecoder::new(&file[..]).read_to_end(&mut bytes).unwrap();
     let volume = volume([352, 416, 120], SampleType::U16, &bytes);
-    // No figure from elsewhere: finer settings must be better, and the bound must hold.
+    // There is no peer's value: finer settings must be better, and the bound must hold.
     let coarse = psnr(&volume, "16", 2);
     let default = psnr(&volume, "16", 4);
     let fine = psnr(&volume, "4", 4);

@@ -1,10 +1,10 @@
-//! What a decoder checks of a frame before it trusts a single number of it.
+//! Checks of a frame before a decoder uses its numbers.
 
 use super::Frame;
 use crate::stream::geometry::{HEAD_WORDS, MOST_PLANES, Payload, VALUE_BITS, number, positions};
 use crate::stream::table::{Table, fixed_words};
 
-/// Whether every mean, code and count of a frame stays within its table.
+/// Checks that every mean, code and count of a frame stays within its table.
 ///
 /// # Errors
 /// A sentence about the first that does not.

@@ -1,16 +1,16 @@
 //! The indices of the payload `fixed`, block by block.
 //!
-//! A stream has the means of all blocks, then the codes of each codebook, so that its beginning is the coarse volume. A
-//! fetch wants what belongs to one block side by side, one word as a rule. A decoder turns the one into the other once, when
-//! it opens a stream; neither is larger.
+//! A stream stores the means of all blocks, then the codes of each codebook, so that its beginning is the coarse
+//! volume. A fetch is faster if the numbers of a block are adjacent, usually in one word. A decoder reorders them once
+//! when it opens a stream. Both orders have the same size.
 
 use super::Frame;
 use crate::stream::bits::Bits;
 use crate::stream::geometry::positions;
 use crate::stream::table::Table;
 
-/// Of one frame that has been checked: channel by channel, sub-volume by sub-volume in whole words, of each block its mean
-/// and its codes in the order of the codebooks; and one word 0.
+/// The records of a checked frame: channel by channel, and sub-volume by sub-volume in whole words. A record is a
+/// block's mean, then its codes in the order of the codebooks. A word 0 follows the last record.
 #[must_use]
 pub fn records(frame: &Frame<'_>, tables: &[Table]) -> Vec<u32> {
     let g = frame.geometry;

@@ -1,4 +1,4 @@
-//! A stream of `tvq`, checked once: bricks on the CPU, and what a shader needs.
+//! A checked stream of `tvq`: bricks on the CPU, and the data of the shader.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -18,7 +18,7 @@ use crate::stream::scale::Scale;
 use crate::stream::table::Table;
 use crate::stream::{CODEBOOK, HEADS, INDEX, TABLES};
 
-/// Means and codes, as they are fetched.
+/// Means and codes in fetch order.
 #[derive(Debug)]
 enum Index {
     /// As the stream has them.
@@ -47,12 +47,13 @@ pub struct Reader {
     heads: Option<PartedTensor>,
     /// Words of the codebooks of each set, and of the indices of each frame.
     parts: [Vec<Range<usize>>; 2],
-    /// Per set and entry of a codebook's codeword: the least and the largest of its sums.
+    /// Per set and codeword, the least and largest of its sums. The index is the first entry divided by the entries of
+    /// a codeword.
     ranges: Vec<Vec<(i32, i32)>>,
     agreement: Agreement,
 }
 
-/// Ranges one after the other, of these lengths; `None` where they overflow.
+/// Adjacent ranges of these lengths. `None` if they overflow.
 fn parts(lengths: impl Iterator<Item = u64>) -> Option<Vec<Range<usize>>> {
     let mut at = 0_usize;
     let part = |length: u64| {
@@ -104,7 +105,7 @@ impl Reader {
         };
         let tables = decoder.check()?;
         if decoder.geometry.payload == Payload::Fixed {
-            // As many words as the stream has, which the file has shown to hold.
+            // As many words as the stream has. The file is proven to hold them.
             let bytes = size_of_val(decoder.index.words()) as u64;
             memory::check(bytes, || "the stream's codes side by side".to_owned())?;
             decoder.index = Index::Records { words: decoder.records(&tables), _held: Held::new(bytes) };
@@ -122,7 +123,7 @@ impl Reader {
         tables.collect::<Result<_, String>>().map_err(DecodeError::Corrupt)
     }
 
-    /// Everything that a fetch relies on, so that no later fetch reads outside. The tables of all sets.
+    /// Checks everything that a fetch relies on, so that no later fetch reads outside. Returns the tables of all sets.
     fn check(&self) -> Result<Vec<Vec<Table>>, DecodeError> {
         let sets = (0..self.geometry.tables).map(|set| self.set_tables(set));
         let sets = sets.collect::<Result<Vec<_>, _>>()?;
@@ -134,7 +135,7 @@ impl Reader {
         Ok(sets)
     }
 
-    /// The indices of all frames, block by block. Each frame has as many words as before.
+    /// The indices of all frames, reordered block by block. No frame changes its number of words.
     fn records(&self, sets: &[Vec<Table>]) -> Vec<u32> {
         let of_frame = |frame| {
             let words =
@@ -145,7 +146,7 @@ impl Reader {
         (0..self.layout.frames).flat_map(of_frame).collect()
     }
 
-    /// Of each codeword of a set, by its first entry divided by the entries of a codeword.
+    /// The ranges of a set's codewords, by first entry divided by the entries of a codeword.
     fn codeword_ranges(&self, set: u32) -> Vec<(i32, i32)> {
         let frame = self.frame(FrameIndex(if self.geometry.tables == 1 { 0 } else { set }), Level::FULL);
         let of_codeword = |k: usize| {
@@ -187,7 +188,8 @@ impl StreamReader for Reader {
         }
     }
 
-    /// Of the blocks that the region touches, voxels outside the volume included: the sum of the bounds of their terms.
+    /// The range over the blocks that the region touches, including voxels outside the volume: the sum of the bounds of
+    /// their terms.
     fn range(&self, key: BrickKey) -> Option<ValueRange> {
         let frame = self.frame(key.frame, key.level);
         let set = self.geometry.set_of(key.frame.0);
@@ -211,7 +213,7 @@ impl StreamReader for Reader {
 
     fn module(&self) -> WgslModule<'_> {
         let g = &self.geometry;
-        // What is the same for all blocks of all frames is no load from a buffer.
+        // Data that is equal for all blocks of all frames becomes constants instead of loads from a buffer.
         let one_table = g.tables == 1 && g.sub_grid == Extent::ONE;
         let words = if one_table { self.tables.words() } else { &[] };
         let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
@@ -236,7 +238,7 @@ impl StreamReader for Reader {
             .with("unit", g.quantiser.step())
     }
 
-    /// The sum is one of integers, so that only the last expression rounds.
+    /// Sums are sums of integers, so only the last expression rounds.
     fn agreement(&self) -> Agreement {
         self.agreement
     }

@@ -1,4 +1,4 @@
-//! The codes of all blocks of a domain, closed loop: every codebook is searched for what the decoder would still lack.
+//! The codes of all blocks of a domain, in closed loop: each codebook codes the remaining error of the decoder.
 
 use cvr_codebook::blocks::cuts;
 use cvr_codebook::{Quantiser, Search};
@@ -10,21 +10,21 @@ use crate::encode::domain::{Domain, Row};
 use crate::encode::train::book::Book;
 use crate::stream::geometry::{TOP, VOXELS, block as block_size, number};
 
-/// Codes and errors of the blocks of one channel of one frame, in the order of their numbers in the domain.
+/// Codes and errors of the blocks of one channel of one frame, in the order of the domain's blocks.
 #[derive(Clone, Debug, Default)]
 pub struct Plane {
     /// Code of each block's mean.
     pub means: Vec<u32>,
-    /// Codebooks searched: codes of a block.
+    /// Number of codebooks searched: codes of a block.
     pub books: usize,
-    /// Codes, one after the other for each block.
+    /// Codes, block after block.
     pub codes: Vec<u16>,
-    /// Squared error of each block after its mean and after each further code: one more than there are codebooks. As the
-    /// decoder shows it: integers rounded, in data units, over voxels inside the volume.
+    /// Squared error of each block after its mean and after each further code: one more than there are codebooks.
+    /// Measured on decoder output: integers rounded, in data units, over voxels inside the volume.
     pub errors: Vec<f32>,
 }
 
-/// What the search is told.
+/// Parameters of the search.
 #[derive(Debug)]
 pub struct Coder<'a> {
     /// Codebooks, in their order.
@@ -35,13 +35,13 @@ pub struct Coder<'a> {
     pub quantiser: Quantiser,
     /// Whether values are integers.
     pub integers: bool,
-    /// Squared error, in data units, below which a block is searched no further.
+    /// Squared error, in data units, at which the search of a block stops.
     pub enough: f64,
     /// Voxels of the volume.
     pub extent: Extent,
 }
 
-/// A search of every codebook, for one way in which the volume's border cuts a block.
+/// A search of every codebook, for one way in which the border cuts a block.
 struct Cut<'a> {
     size: [usize; 3],
     inside: Vec<bool>,
@@ -60,7 +60,7 @@ impl<'a> Coder<'a> {
         cuts(block_size(), self.extent).into_iter().map(of_cut).collect()
     }
 
-    /// The planes of a domain: frame by frame, channel by channel.
+    /// The planes of a domain, frame by frame, channel by channel.
     ///
     /// # Errors
     /// Those of reading, and when `run` was cancelled.
@@ -122,7 +122,7 @@ impl<'a> Coder<'a> {
         plane
     }
 
-    /// One codebook for the blocks of one cut that are not good enough.
+    /// Searches one codebook for the blocks of one cut that still exceed the error.
     fn search(
         &self,
         row: &Row,
@@ -155,7 +155,7 @@ impl<'a> Coder<'a> {
         }
     }
 
-    /// The largest error of a sample, integers rounded; blocks keep as many codes as `kept` says, or all.
+    /// The largest error of a sample, integers rounded. Blocks keep the number of codes in `kept`, or all.
     ///
     /// # Errors
     /// Those of reading, and when `run` was cancelled.
@@ -192,7 +192,7 @@ impl<'a> Coder<'a> {
         Ok(worst)
     }
 
-    /// The largest error of block `n` of a row of data values, which is that block of its plane.
+    /// The largest error of block `n` of a row of data values, which is block `block` of `plane`.
     fn worst_of(&self, row: &Row, n: usize, (plane, block): (&Plane, usize), count: usize) -> f64 {
         let mut sums = [(plane.means[block] << self.mean_shift) as i32; VOXELS];
         for (book, code) in self.books.iter().zip(&plane.codes[block * plane.books..]).take(count) {
@@ -209,7 +209,7 @@ impl<'a> Coder<'a> {
         worst
     }
 
-    /// Code of the mean of what lies inside the volume.
+    /// Code of the mean of the values inside the volume.
     pub fn mean_code(&self, vector: &[f32], inside: &[bool]) -> u32 {
         let (mut sum, mut count) = (0.0, 0.0);
         for (v, _) in vector.iter().zip(inside).filter(|(_, inside)| **inside) {
@@ -221,7 +221,7 @@ impl<'a> Coder<'a> {
         (sum / count / unit).round().clamp(0.0, top) as u32
     }
 
-    /// Squared error of a block as the decoder shows it.
+    /// Squared error of a decoded block.
     pub fn error(&self, vector: &[f32], sums: &[i32], inside: &[bool]) -> f32 {
         let (step, offset) = (f64::from(self.quantiser.step()), f64::from(self.quantiser.offset()));
         let mut error = 0.0;

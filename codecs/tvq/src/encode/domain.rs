@@ -1,4 +1,4 @@
-//! The blocks that one table serves, read from the source: voxels in units of the decoder's sums.
+//! The blocks of one table, read from the source: voxels in units of the decoder's sums.
 
 use std::ops::Range;
 
@@ -25,14 +25,14 @@ pub struct Domain {
 /// One row of blocks of one channel.
 #[derive(Debug)]
 pub struct Row {
-    /// Blocks, 64 values each; beyond the volume's border its last voxels are repeated.
+    /// Blocks of 64 values each. Beyond the volume's border its last voxels are repeated.
     pub values: Vec<f32>,
-    /// Voxels that there are of the first block of the row, and of the last.
+    /// Size in voxels of the first and of the last block of the row, after the border cuts them.
     pub cuts: [[usize; 3]; 2],
 }
 
 impl Row {
-    /// Voxels that there are of a block.
+    /// Size of a block in voxels, after the border cuts it.
     #[must_use]
     pub fn cut(&self, n: usize) -> [usize; 3] {
         self.cuts[usize::from((n + 1) * VOXELS == self.values.len())]
@@ -52,7 +52,7 @@ impl Domain {
         self.plane_blocks() as u64 * u64::from(self.channels) * u64::from(self.frames.end - self.frames.start)
     }
 
-    /// Reads the row `y`, `z` of the domain, in units of the decoder's sums: one for each channel.
+    /// Reads the rows `y`, `z` of the domain, one per channel, in units of the decoder's sums.
     ///
     /// # Errors
     /// Those of the source.
@@ -68,7 +68,7 @@ impl Domain {
         self.values(source, frame, y, z, |v| ((f64::from(v) - offset) * scale) as f32)
     }
 
-    /// Reads the row `y`, `z` of the domain, each value through `map`: one for each channel.
+    /// Reads the rows `y`, `z` of the domain, one per channel, with `map` applied to each value.
     ///
     /// # Errors
     /// Those of the source.

@@ -1,8 +1,8 @@
-//! The encoder: from the value range to the last tensor, under either payload.
+//! The encoder: from the value range to the last tensor, for both payloads.
 //!
-//! At the bottom lie what all steps share ([`work`]), blocks as they are read ([`domain`], [`sample`]), codebooks
-//! ([`train`]), codes ([`closed_loop`]) and tensors ([`write`]). On top of them stand [`fixed`] and [`variable`], which do
-//! not know of each other.
+//! At the bottom are the data that all steps share ([`work`]), reading of blocks ([`domain`], [`sample`]), codebooks
+//! ([`train`]), codes ([`closed_loop`]) and tensors ([`write`]). [`fixed`] and [`variable`] use them and do not depend
+//! on each other.
 
 mod closed_loop;
 mod domain;
@@ -31,7 +31,7 @@ pub struct TvqEncoder {
 }
 
 impl Encoder for TvqEncoder {
-    /// Codes and errors of all blocks under the codebooks that are compared: measured at 256³ as 1.5 and 3.3 bytes a sample.
+    /// Codes and errors of all blocks under the compared codebooks: 1.5 and 3.3 bytes per sample, measured at 256³.
     fn scratch_bytes(&self, layout: &VolumeLayout) -> u64 {
         let per_sample = match self.options.payload {
             Payload::Fixed => 2,
@@ -65,7 +65,7 @@ impl Encoder for TvqEncoder {
     }
 }
 
-/// Codebooks and codes, and under the payload `variable` how many codes each block keeps.
+/// Codebooks and codes, and with the payload `variable` the number of codes of each block.
 struct Coding {
     sets: Sets,
     kept: Option<Kept>,
@@ -83,7 +83,7 @@ impl Coding {
         }
     }
 
-    /// Bits of the whole file, about.
+    /// Approximate bits of the whole file.
     fn bits(&self, work: &Work<'_>) -> f64 {
         match &self.kept {
             None => fixed::bits(work, &self.sets) + work.overhead(3),

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::domain::Domain;
 use crate::stream::geometry::VOXELS;
 
-/// Rows of blocks that one step reads, between two looks at the progress.
+/// Rows of blocks read in one step. Progress is reported between steps.
 const STEP: usize = 256;
 
 /// Blocks to train on.
@@ -16,9 +16,9 @@ const STEP: usize = 256;
 pub struct Sample {
     /// 64 values each.
     pub values: Vec<f32>,
-    /// Part of each that lies in the volume.
+    /// Fraction of each block that lies in the volume.
     pub weights: Vec<f64>,
-    /// Blocks that each stands for.
+    /// Number of blocks that each block represents.
     pub scale: f64,
 }
 
@@ -29,7 +29,7 @@ impl Sample {
         self.weights.len()
     }
 
-    /// At most `count` blocks of some domains, drawn by chance.
+    /// At most `count` randomly drawn blocks of some domains.
     ///
     /// # Errors
     /// Those of reading, and when `run` was cancelled.
@@ -46,7 +46,7 @@ impl Sample {
         let mut sample = Self { values: Vec::new(), weights: Vec::new(), scale: 1.0 };
         let mut before = 0;
         for domain in domains {
-            // A row holds the blocks of all channels: channel by channel.
+            // A row holds the blocks of all channels, channel by channel.
             let [width, height, depth] = domain.size.map(u64::from);
             let row_blocks = width * u64::from(domain.channels);
             let mut wanted: Vec<(u64, Vec<usize>)> = Vec::new();

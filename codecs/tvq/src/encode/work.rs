@@ -1,4 +1,4 @@
-//! What every step of encoding shares.
+//! Data that all steps of encoding share.
 
 use std::ops::Range;
 
@@ -15,10 +15,10 @@ use super::tuned::codebooks::{GAIN, HEADER_BYTES, HEADER_USED, MEAN_STEP, QUICK_
 use crate::settings::Options;
 use crate::stream::geometry::{VALUE_BITS, block_grid, positions, sub_blocks};
 
-/// Bits of an entry as a rule.
+/// Default bits of an entry.
 pub const COARSE: u32 = 8;
 
-/// What every step of encoding needs to know.
+/// Data that every step of encoding needs.
 #[derive(Clone)]
 pub struct Work<'a> {
     pub source: &'a dyn BrickSource,
@@ -29,7 +29,7 @@ pub struct Work<'a> {
     pub quantiser: Quantiser,
     /// max − min, in data units.
     pub span: f64,
-    /// Sets of tables, and in each the domain of every sub-volume.
+    /// Sets of tables. Each holds the domain of every sub-volume.
     pub sets: Vec<Vec<Domain>>,
 }
 
@@ -45,7 +45,7 @@ pub struct Coded {
 /// The tables of every set, by sub-volume.
 pub type Sets = Vec<Vec<Coded>>;
 
-/// By set, sub-volume and plane: how many codes each block keeps.
+/// Number of codes that each block keeps, by set, sub-volume and plane.
 pub type Kept = Vec<Vec<Vec<Vec<u8>>>>;
 
 impl Work<'_> {
@@ -54,13 +54,13 @@ impl Work<'_> {
         self.options.entry_bits.unwrap_or(COARSE)
     }
 
-    /// The same with entries of so many bits.
+    /// The same with entries of `bits` bits.
     #[must_use]
     pub fn with_entry_bits(&self, bits: u32) -> Self {
         Self { options: Options { entry_bits: Some(bits), ..self.options }, ..self.clone() }
     }
 
-    /// How codebooks are trained; `quick` for those that only tell what is to be expected.
+    /// Settings of training. `quick` is for codebooks that only give an estimate.
     pub fn training(&self, quick: bool) -> Training {
         let with = self.options.training;
         let rounds = if quick { with.iterations.min(QUICK_ROUNDS) } else { with.iterations };
@@ -90,7 +90,7 @@ impl Work<'_> {
         self.layout.samples() as f64
     }
 
-    /// Blocks of the volume, those of all frames and channels.
+    /// Number of blocks of the volume, over all frames and channels.
     pub fn blocks(&self) -> f64 {
         self.domains().map(|d| d.blocks() as f64).sum()
     }
@@ -105,7 +105,7 @@ impl Work<'_> {
         self.domains().count() as f64
     }
 
-    /// Bits of the container's header, about.
+    /// Approximate bits of the container's header.
     pub fn header_bits(&self) -> f64 {
         let [used, per_frame, per_set] = HEADER_USED;
         let (frames, sets) = (f64::from(self.layout.frames), self.sets.len() as f64);
@@ -113,19 +113,19 @@ impl Work<'_> {
         8.0 * HEADER_BYTES * (used / HEADER_BYTES).ceil()
     }
 
-    /// Bits of everything but means, codes and codebooks.
+    /// Bits of everything except means, codes and codebooks.
     pub fn overhead(&self, books: u32) -> f64 {
-        // A word behind each frame, and a last word of each set's codebooks that is not full.
+        // A word after each frame, and the partly used last word of each set's codebooks.
         let ends = 64.0 * f64::from(self.layout.frames) + 32.0 * self.sets.len() as f64;
         self.header_bits() + ends + self.tables() * 32.0 * f64::from(5 + 3 * books)
     }
 
-    /// The threshold of the classes in units of sums; `expected` where it is automatic.
+    /// The threshold of the classes in units of sums. `expected` if it is automatic.
     pub fn threshold(&self, expected: f64) -> f64 {
         if self.options.threshold > 0.0 { self.options.threshold / self.unit() } else { expected }
     }
 
-    /// The step of means that suits an error (root mean square, in units of sums): what it adds is small beside that.
+    /// The step of means for an error (root mean square, in units of sums). Its own error is small compared with that.
     pub fn mean_shift(&self, expected: f64) -> u32 {
         ((MEAN_STEP * expected).max(1.0).log2().floor() as u32).min(VALUE_BITS - 2)
     }
@@ -153,7 +153,7 @@ impl Work<'_> {
     }
 }
 
-/// Sets of tables, and in each the domain of every sub-volume.
+/// Sets of tables. Each holds the domain of every sub-volume.
 pub fn domains(layout: &VolumeLayout, options: &Options) -> Vec<Vec<Domain>> {
     let grid = block_grid(layout.extent);
     let size = sub_blocks(grid, options.subvolume);

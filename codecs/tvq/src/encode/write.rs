@@ -12,7 +12,7 @@ use crate::stream::geometry::{Geometry, Parameters, Payload, VOXELS, block_grid}
 use crate::stream::table::{BookForm, Table};
 use crate::stream::{CODEBOOK, HEADS, INDEX, TABLES};
 
-/// Everything that a stream holds beside codebooks.
+/// All parts of a stream except codebooks.
 #[derive(Debug)]
 pub struct Written {
     /// By set and sub-volume.
@@ -94,7 +94,7 @@ impl Work<'_> {
         Ok(worst)
     }
 
-    /// What goes into the record of every stream.
+    /// The record that every stream holds.
     pub fn record(&self, coded: &[Vec<Coded>], payload: &serde_json::Value) -> serde_json::Value {
         let codewords: usize = coded.iter().flatten().flat_map(|c| &c.books).map(Book::size).sum();
         json!({
@@ -119,7 +119,7 @@ pub fn packed_entries(codes: impl Iterator<Item = u16>, bits: u32) -> Vec<u32> {
     words
 }
 
-/// Forms of the codebooks of a table that begin at entry `first`; with a width of their own each, or none.
+/// Forms of a table's codebooks, beginning at entry `first`. With `widths` each has its own width.
 pub fn forms(books: &[Book], first: &mut u32, widths: bool) -> Vec<BookForm> {
     let form = |book: &Book| {
         let size = book.size() as u32;

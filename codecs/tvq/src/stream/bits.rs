@@ -1,6 +1,6 @@
 //! Numbers of any width in words.
 
-/// Numbers of any width one after the other, lowest bits first.
+/// Numbers of any width, packed without gaps, lowest bits first.
 #[derive(Debug, Default)]
 pub struct Bits {
     pub words: Vec<u32>,
@@ -36,7 +36,7 @@ impl Bits {
     }
 }
 
-/// The code that some means count from, and the bits that each then takes.
+/// The code from which some means are counted, and the bits of each.
 #[must_use]
 pub fn mean_width(means: &[u32]) -> (u32, u32) {
     let (low, high) = means.iter().fold((u32::MAX, 0), |(low, high), m| (low.min(*m), high.max(*m)));

@@ -1,4 +1,4 @@
-//! Decode parameters, and where blocks, sub-volumes and bricks lie.
+//! Decode parameters, and positions of blocks, sub-volumes and bricks.
 
 use cvr_codebook::Quantiser;
 use cvr_core::codec::Block;
@@ -14,7 +14,7 @@ pub const VOXELS: usize = 64;
 pub const BRICK: u32 = 4;
 /// Most codebooks of a table.
 pub const MOST_BOOKS: u32 = 63;
-/// Most codebooks of a table of the payload `fixed`: 64 bits are enough for a block then.
+/// Most codebooks of a table of the payload `fixed`. A block then needs at most 64 bits.
 pub const FIXED_BOOKS: u32 = 3;
 /// Most bits of a block's count of codes.
 pub const MOST_PLANES: u32 = 6;
@@ -29,13 +29,13 @@ pub use cvr_codebook::scale::VALUE_BITS;
 /// Largest value before it is scaled to data units.
 pub const TOP: i32 = (1 << VALUE_BITS) - 1;
 
-/// What a block stores.
+/// Content of a block.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Payload {
     /// A mean and one code of every codebook.
     Fixed,
-    /// A mean and as many codes as the block needs, found through its brick.
+    /// A mean and as many codes as the block needs, located through its brick.
     Variable,
 }
 
@@ -43,11 +43,11 @@ pub enum Payload {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// What a block stores.
+    /// Content of a block.
     pub payload: Payload,
     /// Blocks along x, y, z.
     pub grid: [u32; 3],
-    /// Edge of a sub-volume in voxels, 0 for one that is the whole volume.
+    /// Edge of a sub-volume in voxels. 0: the whole volume is one sub-volume.
     pub subvolume: u32,
     /// Value of sum 0, in data units.
     pub offset: f32,
@@ -63,7 +63,7 @@ pub struct Parameters {
     pub entries: Vec<u64>,
     /// Words of the indices of each frame.
     pub frame_words: Vec<u64>,
-    /// How the codebooks came about; decoding needs nothing of it.
+    /// Training of the codebooks. The decoder does not use it.
     pub training: serde_json::Value,
 }
 
@@ -74,7 +74,7 @@ pub struct Geometry {
     pub channels: u32,
     /// Frames.
     pub frames: u32,
-    /// What a block stores.
+    /// Content of a block.
     pub payload: Payload,
     /// Blocks over the volume.
     pub grid: BlockGrid,
@@ -99,7 +99,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// The geometry, or `None` when the parameters are outside their ranges or contradict the layout.
+    /// The geometry. `None` if the parameters are out of range or contradict the layout.
     #[must_use]
     pub fn new(layout: &VolumeLayout, parameters: &Parameters) -> Option<Self> {
         let p = parameters;
@@ -134,7 +134,7 @@ impl Geometry {
         })
     }
 
-    /// Which set of tables decodes a frame.
+    /// The set of tables that decodes a frame.
     #[must_use]
     pub fn set_of(&self, frame: u32) -> usize {
         if self.tables == 1 { 0 } else { frame as usize }
@@ -158,7 +158,7 @@ impl Geometry {
         (32 / self.entry_bits).ilog2()
     }
 
-    /// Words of the heads of one frame; none for the payload `fixed`.
+    /// Words of the heads of one frame. 0 for the payload `fixed`.
     #[must_use]
     pub const fn frame_heads(&self) -> u64 {
         match self.payload {
@@ -167,7 +167,7 @@ impl Geometry {
         }
     }
 
-    /// Blocks of a sub-volume: its first block, and how many there are along each axis.
+    /// Blocks of a sub-volume: its first block, and the number along each axis.
     #[must_use]
     pub fn sub_volume(&self, sub: [u32; 3]) -> ([u32; 3], [u32; 3]) {
         let (grid, size) = (self.grid.blocks().to_array(), self.sub_blocks);
@@ -175,7 +175,7 @@ impl Geometry {
         (first, [0, 1, 2].map(|a| size[a].min(grid[a] - first[a])))
     }
 
-    /// Blocks of a brick: its first block, and how many there are along each axis.
+    /// Blocks of a brick: its first block, and the number along each axis.
     #[must_use]
     pub fn brick(&self, brick: [u32; 3]) -> ([u32; 3], [u32; 3]) {
         let grid = self.grid.blocks().to_array();
@@ -183,7 +183,7 @@ impl Geometry {
         (first, [0, 1, 2].map(|a| BRICK.min(grid[a] - first[a])))
     }
 
-    /// Whether a shader, which counts words, and the bits of a sub-volume, in 32 bits, can address one frame.
+    /// Whether a shader can address one frame with 32-bit numbers of words, and of bits in a sub-volume.
     #[must_use]
     pub fn fits_a_shader(&self) -> bool {
         let most = u64::from(u32::MAX);
@@ -207,7 +207,7 @@ pub fn block_grid(extent: Extent) -> Extent {
     block().grid(extent)
 }
 
-/// Blocks along each axis of a sub-volume of `subvolume` voxels, 0 for the whole volume.
+/// Blocks along each axis of a sub-volume of `subvolume` voxels. 0 means the whole volume.
 #[must_use]
 pub fn sub_blocks(grid: Extent, subvolume: u32) -> [u32; 3] {
     let size = subvolume / EDGE;

@@ -1,14 +1,14 @@
-//! Tables: how the blocks of one sub-volume are to be read, in words.
+//! Tables: how to read the blocks of one sub-volume, in words.
 
 use super::geometry::{BOOK_WORDS, Geometry, Payload, TABLE_HEAD, VALUE_BITS, VOXELS};
 use super::scale::Scale;
 
-/// The partitions, in the order in which their codebooks stand; the mean is stage 0.
+/// The partitions, in the order of their codebooks. The mean is stage 0.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Partition {
     /// The rest of the lowest octant.
     Low = 1,
-    /// The three octants of one high axis.
+    /// The three octants with one high axis.
     Band = 2,
     /// The others.
     High = 3,
@@ -26,7 +26,7 @@ pub struct BookForm {
     pub first: u32,
     /// Codewords.
     pub size: u32,
-    /// Bits of a code; 0 where there is one codeword, the zero vector.
+    /// Bits of a code. 0 if there is one codeword, the zero vector.
     pub width: u32,
     /// What entries count.
     pub scale: Scale,
@@ -69,7 +69,7 @@ impl Table {
         u64::from(self.width) + self.books.iter().map(|b| u64::from(b.width)).sum::<u64>()
     }
 
-    /// Reads a table, or says what is wrong with it.
+    /// Reads and checks a table.
     ///
     /// # Errors
     /// A sentence, where a number is outside its range.

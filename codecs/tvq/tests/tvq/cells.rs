@@ -1,4 +1,5 @@
-//! The cell equals eight fetches, for both payloads, every number of stages and place of blocks, in several sub-volumes.
+//! The cell function equals eight fetches, for both payloads, every number of stages and block position, in several
+//! sub-volumes.
 
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use cvr_tvq::decode::Frame;
 use cvr_tvq::{Geometry, Parameters, Tvq};
 use proptest::prelude::*;
 
-/// Holds every cell of noise under these settings to eight fetches, at every number of stages.
+/// Compares every cell of noise under these settings with eight fetches, at every number of stages.
 fn check(size: [u32; 3], channels: u32, seed: u32, pairs: &[(&str, &str)]) -> Result<Extent, String> {
     let volume = noise(size, channels, seed);
     let stream = Arc::new(encode_temporary(&Tvq, &settings(pairs), &volume).unwrap());

@@ -1,4 +1,4 @@
-//! What the encoder promises beyond the battery: targets, levels, sub-volumes, classes.
+//! Properties of the encoder beyond the conformance tests: targets, levels, sub-volumes, classes.
 
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ fn volume(
     FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
 }
 
-/// A hollow ball with ripples on one side: flat, smooth and busy blocks.
+/// A hollow ball with ripples on one side: flat, smooth and detailed blocks.
 fn ball(size: [u32; 3]) -> FiniteVolume {
     volume(size, 1, 1, |p, _, _| {
         let q = [0, 1, 2].map(|a| p[a] / f64::from(size[a]) - 0.5);
@@ -106,7 +106,7 @@ fn both_targets_are_met_or_the_rate_alone() {
     assert!(rate <= 0.9 && found < 60.0, "{rate} bits, {found} dB");
 }
 
-/// What is out of reach is told.
+/// A target that cannot be reached gives a note.
 #[test]
 fn a_target_out_of_reach_is_told() {
     let ball = ball([16, 16, 12]);
@@ -151,11 +151,11 @@ fn sub_volumes_have_tables_of_their_own_and_no_seams() {
     }
 }
 
-/// Indices are read block by block after they were checked, which must not lead one sub-volume into another.
+/// Indices are reordered block by block after they were checked. This must not mix sub-volumes.
 #[test]
 fn sub_volumes_whose_indices_do_not_follow_each_other_are_refused() {
     let stream = encoded(&ball([148, 40, 36]), &[("subvolume", "128")]);
-    // The lowest bit of a table's word 3, where its indices begin.
+    // The lowest bit of a table's word 3: the start of its indices.
     let table_bytes = 4 * (5 + 3 * 3);
     for (table, begin) in [(0, "[0, 0, 0] begin at word 1 of"), (1, "[1, 0, 0] begin at word")] {
         let changed = with_flipped(&Tvq, &stream, "tables", table * table_bytes + 12);
@@ -190,7 +190,7 @@ fn colours_and_frames_share_or_own_their_codebooks() {
     }
 }
 
-/// Fewer kinds of blocks than codewords: nothing is lost, and codes take no more bits than the kinds need.
+/// Fewer kinds of blocks than codewords: coding is lossless, and codes take no more bits than the kinds need.
 #[test]
 fn few_kinds_of_blocks_are_lossless() {
     let checks = volume([32, 32, 32], 1, 1, |p, _, _| {
@@ -206,7 +206,8 @@ fn few_kinds_of_blocks_are_lossless() {
     }
 }
 
-/// Every transform, confined to its zones, does better than means alone; a class threshold above all errors leaves means.
+/// Every transform, confined to its zones, is better than means alone. A class threshold above all errors leaves only
+/// means.
 #[test]
 fn transforms_and_thresholds_matter_where_codevectors_are_confined() {
     let ball = ball([32, 36, 28]);
@@ -224,7 +225,7 @@ fn transforms_and_thresholds_matter_where_codevectors_are_confined() {
     assert!(with < 0.5 * means && without < 0.5 * means && with != without);
 }
 
-/// Where there are blocks enough: with one layer of them less, sizes follow what is there.
+/// There are just enough blocks. With one layer of them less, sizes follow the number of blocks.
 #[test]
 fn without_a_target_fixed_has_three_codes_of_eight_bits() {
     let widths = |extent: [u32; 3]| {

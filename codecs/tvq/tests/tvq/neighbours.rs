@@ -1,5 +1,5 @@
-//! Volumes of the stability atlas under the payload `variable` without a target: neighbouring volumes come back about as
-//! well as each other, and no file is larger than half of its volume and what every container takes.
+//! Volumes of the stability atlas with the payload `variable` and no target: neighbouring volumes have about equal
+//! quality, and no file is larger than half of its volume plus the overhead of a container.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use cvr_core::stability::{Subject, raw_bytes};
 use cvr_core::volume::{BrickSource as _, FiniteVolume, FrameIndex, NoReferences};
 use cvr_tvq::Tvq;
 
-/// Bytes of the file, and PSNR in dB; what is lossless counts as `LOSSLESS`.
+/// Bytes of the file, and PSNR in dB. Lossless counts as `LOSSLESS`.
 fn measured(volume: &FiniteVolume, payload: &str) -> (u64, f64) {
     let stream = encode_temporary(&Tvq, &settings(&[("payload", payload)]), volume).unwrap();
     let bytes = stream.file_bytes();
@@ -20,10 +20,10 @@ fn measured(volume: &FiniteVolume, payload: &str) -> (u64, f64) {
     (bytes, VolumeError::compare(volume, decoded).psnr_db.min(LOSSLESS))
 }
 
-/// Errors below this are of no interest.
+/// Smaller errors do not matter.
 const LOSSLESS: f64 = 60.0;
 
-/// PSNRs at the first steps of a dial: the least, and the greatest.
+/// PSNRs at the first dial steps: the least and the greatest.
 fn range(name: &str, steps: usize, edge: u32, payload: &str) -> (f64, f64) {
     let subject = Subject::named(name).unwrap();
     let found: Vec<f64> = (0..steps).map(|step| measured(&subject.volume(step, edge), payload).1).collect();
@@ -31,7 +31,7 @@ fn range(name: &str, steps: usize, edge: u32, payload: &str) -> (f64, f64) {
     found.iter().fold((f64::INFINITY, 0.0), |(least, most), v| (v.min(least), v.max(most)))
 }
 
-/// A sheet at any tilt, and a bump on any offset that leaves it digits enough.
+/// A sheet at any tilt, and a bump on any offset that leaves enough digits.
 #[test]
 fn neighbouring_volumes_come_back_alike() {
     for (name, steps, decibels) in [("sheet", 5, 12.0), ("offset", 4, 3.0)] {
@@ -43,7 +43,7 @@ fn neighbouring_volumes_come_back_alike() {
     }
 }
 
-/// The rule has a failing twin: noise on a bump is no neighbour of the bump without.
+/// The failing twin: a bump with noise is not a neighbour of a bump without.
 #[test]
 fn volumes_that_are_no_neighbours_are_told_apart() {
     let (least, most) = range("noise", 5, 32, "variable");

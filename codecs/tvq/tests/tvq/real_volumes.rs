@@ -1,5 +1,5 @@
-//! PSNR and rate on real volumes, against HVQ and against KLT with k-means as others measured them. Skips without
-//! `CVR_DATA`. What stands in docs/benchmarks/tvq.md comes from `examples/measure.rs`; this holds a part of it.
+//! PSNR and rate on real volumes, compared with HVQ and with KLT plus k-means, as peers measured them. Skips without
+//! `CVR_DATA`. `examples/measure.rs` prints the figures of docs/benchmarks/tvq.md. This test checks some of them.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ fn measured(volume: &FiniteVolume, payload: &str, rate: &str) -> (f64, f64) {
     (VolumeError::compare(volume, decoded).psnr_db, bits)
 }
 
-/// Not below so many decibels, at no more than `rate` bits per sample.
+/// At least this PSNR, with at most `rate` bits per sample.
 fn reaches(name: &str, volume: &FiniteVolume, payload: &str, rate: &str, least: f64) {
     let (psnr, bits) = measured(volume, payload, rate);
     println!(
@@ -31,7 +31,7 @@ fn reaches(name: &str, volume: &FiniteVolume, payload: &str, rate: &str, least: 
     assert!(bits <= rate.parse().unwrap(), "{name} {payload}: {bits} bits per sample of {rate}");
 }
 
-/// Against HVQ and, with a quarter of the bits less, KLT and k-means of the peers.
+/// Compared with HVQ and, at three quarters of the bits, with KLT and k-means of the peers.
 #[test]
 fn flat_blocks_cost_little_under_variable() {
     let Some(folder) = folder() else { return };
@@ -44,8 +44,8 @@ fn flat_blocks_cost_little_under_variable() {
     }
 }
 
-/// Most of lidc_chest's energy lies in few blocks: one codebook of thousands of codewords, trained on as many blocks as there
-/// are, serves it better than three of a hundred.
+/// Most of lidc_chest's energy lies in few blocks. One codebook of thousands of codewords, trained on as many blocks as
+/// there are, serves it better than three of a hundred.
 #[test]
 fn one_large_codebook_is_found_where_it_serves_best() {
     let Some(folder) = folder() else { return };
@@ -61,7 +61,7 @@ fn busy_volumes_gain_least() {
     reaches("vorticity", &volume, "variable", "0.8414", 38.11 + 1.0);
 }
 
-/// Blocks that come back in every frame: few codebooks, of the sizes that the rate has room for.
+/// Blocks that repeat in every frame: few codebooks, of sizes that fit the rate.
 #[test]
 fn few_blocks_have_codebooks_of_sizes_that_fit() {
     let Some(folder) = folder() else { return };
@@ -69,6 +69,6 @@ fn few_blocks_have_codebooks_of_sizes_that_fit() {
     let (fixed, _) = measured(&volume, "fixed", "1");
     reaches("pcasl", &volume, "variable", "1", fixed + 2.0);
     reaches("pcasl", &volume, "variable", "0.65", 36.0);
-    // What HVQ with 256 and 1024 codewords reaches.
+    // The PSNR of HVQ with 256 and 1024 codewords.
     reaches("pcasl", &volume, "fixed", "1.1949", 49.07);
 }

@@ -1,7 +1,7 @@
-//! Streams of every version so far, which must decode for ever to what they decoded to when they were kept.
+//! Kept streams of every version. They must decode to the same values for ever.
 //!
-//! A stream that is kept is never written again. To keep one more, add it to the list and run with `CVR_BLESS=1`: the
-//! file is written where there is none, and the test prints its checksum.
+//! A kept stream is never rewritten. To add one, add it to the list and run with `CVR_BLESS=1`. This writes missing
+//! files and prints their checksums.
 
 use cvr_codec_tests::kept::{Kept, assert_unchanged, checksums, with_flipped};
 use cvr_core::codec::Settings;
@@ -61,7 +61,7 @@ fn made(sample: SampleType, channels: u32, frames: u32, pairs: &[(&str, &str)]) 
     (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
 }
 
-/// Stages from which a stream is decoded, one after the other.
+/// Numbers of stages from which each stream is decoded.
 const STAGES: [u8; 4] = [1, 2, 3, 4];
 
 #[test]
@@ -69,7 +69,7 @@ fn streams_that_were_kept_decode_to_what_they_did() {
     assert_unchanged(&Tvq, FOLDER, &KEPT, STAGES);
 }
 
-/// The checksums notice one entry of a codebook that is off.
+/// The checksums detect one wrong entry of a codebook.
 #[test]
 fn another_codeword_has_another_checksum() {
     let kept = &KEPT[0];

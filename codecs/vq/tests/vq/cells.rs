@@ -1,4 +1,4 @@
-//! The cell equals eight fetches, for every width of index and place of blocks.
+//! The cell function equals eight fetches, for every index width and block position.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! What the encoder promises beyond the battery: lossless where the codebook allows it, the best index for cut blocks,
-//! one table or many, and one outcome for any number of threads.
+//! Properties of the encoder beyond the conformance tests: lossless if the codebook allows it, the best index for cut
+//! blocks, one table or many, and equal output for any number of threads.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -35,7 +35,7 @@ fn frame_values(volume: &FiniteVolume, frame: u32) -> Vec<f32> {
 
 #[test]
 fn fewer_distinct_blocks_than_codewords_are_lossless() {
-    // Six kinds of blocks in a volume whose border cuts none.
+    // Six kinds of blocks, in a volume without cut blocks.
     let volume = bytes([24, 12, 8], 1, 1, |p, _, _| ((p[0] / 4 + p[1] / 4 + p[2] / 4) % 6 * 40) as u8);
     let stream = encoded(&volume, &[("block", "4")]);
     assert_eq!(tables(&stream), [6]);
@@ -63,7 +63,7 @@ fn one_voxel_and_a_constant_volume_are_lossless() {
     }
 }
 
-/// What lies outside the volume must not choose the index: the codeword of a cut block is the best for its voxels.
+/// Values outside the volume must not affect the index: the codeword of a cut block is the best for its voxels.
 #[test]
 fn no_other_codeword_serves_a_cut_block_better() {
     let volume = bytes([9, 7, 5], 1, 1, |p, _, _| hash(p, 3));
@@ -107,7 +107,7 @@ fn frames_share_a_table_or_have_their_own() {
     for frame in 0..3 {
         assert!(error(&each, frame) < error(&shared, frame), "frame {frame}");
     }
-    // Tables of unequal size: the smaller is filled up.
+    // Tables of unequal size: the smaller one is padded.
     let volume = bytes([8, 8, 8], 1, 2, |p, _, f| if f == 0 { 9 } else { hash(p, 1) });
     let each = encoded(&volume, &[("tables", "per-frame")]);
     assert_eq!(tables(&each), [1, 64]);
@@ -173,7 +173,7 @@ fn every_first_codebook_is_refined_and_recorded() {
     }
 }
 
-/// Every texel is a code: what a texture holds is what the CPU decodes.
+/// Every texel is a code: a texture holds what the CPU decodes.
 #[test]
 fn a_texel_is_a_code() {
     let volume = bytes([8, 8, 8], 1, 1, |p, _, _| hash(p, 9) / 2 + 20);
@@ -183,7 +183,7 @@ fn a_texel_is_a_code() {
         (format, offset),
         (TexelFormat::Unorm8, *frame_values(&volume, 0).iter().min_by(|a, b| a.total_cmp(b)).unwrap())
     );
-    // A range of 127 at most: two codes per grey level.
+    // A range of at most 127: two codes per grey level.
     assert_eq!(scale, 127.5);
     assert_eq!(form("16").format, TexelFormat::Unorm16);
 }
@@ -192,7 +192,7 @@ fn a_texel_is_a_code() {
 fn a_user_can_stop_the_training() {
     let volume = bytes([32, 32, 32], 1, 1, |p, _, _| hash(p, 9));
     let (flag, calls) = (AtomicBool::new(false), std::sync::atomic::AtomicU32::new(0));
-    // Reading and training report no voxels: the flag is raised long before the first block is coded.
+    // Reading and training report no voxels, so the flag is set long before the first block is coded.
     let run = Progress::new(
         |voxels| {
             assert_eq!(voxels, 0, "coding began");

@@ -1,4 +1,4 @@
-//! PSNR and rate on real volumes, against k-means of FAISS as others measured it. Skips without `CVR_DATA`.
+//! PSNR and rate on real volumes, compared with the k-means of FAISS as peers measured it. Skips without `CVR_DATA`.
 //!
 //! The table of docs/benchmarks/vq.md:
 //! `CVR_DATA=folder cargo test --release -p cvr-vq --test vq real_volumes -- --nocapture --test-threads=1`
@@ -11,7 +11,7 @@ use cvr_core::codec::{Codec as _, SettingValue, decode_frame, encode_temporary};
 use cvr_core::volume::{BrickSource as _, FiniteVolume, FrameIndex, NoReferences};
 use cvr_vq::Vq;
 
-/// Decibels by which a figure may lie below that of the peers.
+/// Decibels by which a PSNR may lie below the peers'.
 const TOLERANCE_DB: f64 = 0.2;
 
 /// PSNR in dB over max − min of the original, integers rounded, and bits per sample of the whole file.
@@ -46,12 +46,12 @@ fn measured(name: &str, volume: &FiniteVolume, block: &str, more: &[(&str, &str)
     (psnr, rate)
 }
 
-/// 2³ and 4³ under 256 codewords against PSNR and rate of the peers.
+/// 2³ and 4³ with 256 codewords, compared with PSNR and rate of the peers.
 fn holds(name: &str, volume: &FiniteVolume, peers: [(f64, f64); 2]) {
     for (block, (psnr, rate)) in ["2", "4"].into_iter().zip(peers) {
         let (own, own_rate) = measured(name, volume, block, &[]);
         assert!(own >= psnr - TOLERANCE_DB, "{name} {block}³: {own} dB, the peers reach {psnr}");
-        // Headers that the peers do not count; codewords of 8 bits where theirs have 16.
+        // The peers do not count headers. Our codewords have 8 bits, theirs 16.
         assert!(own_rate <= rate + 0.05, "{name} {block}³: {own_rate} bits, the peers' {rate}");
     }
 }
@@ -105,7 +105,7 @@ fn spin_labelling() {
     holds("pcasl", &volume, [(30.07, 1.046), (27.371, 0.496)]);
 }
 
-/// Not comparable with the peers, who code each channel by itself in three times the bits.
+/// Not comparable with the peers, which code each channel separately with three times the bits.
 #[test]
 fn colours() {
     let Some(folder) = folder() else { return };

@@ -1,7 +1,7 @@
-//! Streams of every version so far, which must decode for ever to what they decoded to when they were kept.
+//! Kept streams of every version. They must decode to the same values for ever.
 //!
-//! A stream that is kept is never written again. To keep one more, add it to the list and run with `CVR_BLESS=1`: the
-//! file is written where there is none, and the test prints its checksum.
+//! A kept stream is never rewritten. To add one, add it to the list and run with `CVR_BLESS=1`. This writes missing
+//! files and prints their checksums.
 
 use cvr_codec_tests::kept::{Kept, assert_unchanged, checksums, with_flipped};
 use cvr_core::codec::Settings;
@@ -11,7 +11,7 @@ use cvr_vq::Vq;
 const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
 const KEPT: [Kept<1>; 2] = [
-    // 3 bits per index, so that indices lie in two words; cut blocks; values of 16 bits that single precision rounds.
+    // 3 bits per index, so that some indices span two words; cut blocks; 16-bit values that single precision rounds.
     Kept {
         name: "v1-f32-3-bits",
         version: 1,
@@ -50,7 +50,7 @@ fn made(
     (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
 }
 
-/// Stages from which a stream is decoded, one after the other.
+/// Numbers of stages from which each stream is decoded.
 const STAGES: [u8; 1] = [u8::MAX];
 
 #[test]
@@ -58,7 +58,7 @@ fn streams_that_were_kept_decode_to_what_they_did() {
     assert_unchanged(&Vq, FOLDER, &KEPT, STAGES);
 }
 
-/// The checksum notices one value that is off by one bit of its code.
+/// The checksum detects one value whose code is off by one bit.
 #[test]
 fn another_codeword_has_another_checksum() {
     let kept = &KEPT[0];

@@ -1,4 +1,4 @@
-//! The cell equals eight fetches, at every rate and place of blocks.
+//! The cell function equals eight fetches, at every rate and block position.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! What the encoder promises beyond the battery: where bits lie, channels and frames on their own, and one outcome for any
-//! number of threads.
+//! Properties of the encoder beyond the conformance tests: positions of bits, independent channels and frames, and
+//! equal output for any number of threads.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -73,7 +73,7 @@ fn nothing_is_one_bit_and_a_constant_is_kept() {
     assert_eq!(decoded(&stream, 0), constant.dense().frame_values(FrameIndex::FIRST));
 }
 
-/// A channel is coded as a scalar volume would be, and so is a frame.
+/// A channel and a frame are coded like a scalar volume.
 #[test]
 fn channels_and_frames_are_coded_on_their_own() {
     let value = |p: [u32; 3], c: u32, f: u32| hash(p, 7 * f + c);
@@ -93,7 +93,7 @@ fn channels_and_frames_are_coded_on_their_own() {
     }
 }
 
-/// Where zfp's own arithmetic overflows: magnitudes below 2^-98, and what lies beyond single precision.
+/// Values where zfp's own arithmetic overflows: magnitudes below 2^-98, and numbers beyond single precision.
 #[test]
 fn the_ends_of_single_precision_are_kept() {
     let sign = |i: usize| if (i * 2_654_435_761) >> 7 & 1 == 0 { 1.0 } else { -1.0 };

@@ -1,4 +1,4 @@
-//! The battery of `cvr-core`, over rates: a header alone, blocks that do not end on words, and all bits.
+//! The conformance tests, over rates: only a header, blocks that do not end on words, and all bits.
 
 use cvr_codec_tests::settings;
 use cvr_core::codec::Settings;
@@ -26,7 +26,7 @@ fn high_rates_pass() {
     passes(&[settings(&[("rate", "8")]), settings(&[("rate", "17.3")]), settings(&[("rate", "32")])]);
 }
 
-/// Where a device runs the shaders, a wrong one does not pass.
+/// If a device runs the shaders, a wrong shader fails.
 #[test]
 fn a_wrong_snippet_is_noticed() {
     cvr_codec_tests::device::notices(cvr_zfp::codec(), "var at = 9u;", "var at = 10u;");

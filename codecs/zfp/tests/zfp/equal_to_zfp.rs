@@ -1,5 +1,5 @@
-//! Streams and decoded values equal those of zfp bit for bit, by checksums that `reference/reference.py` wrote. Real volumes
-//! are skipped without `CVR_DATA`; whether zfp itself still says so, where there is no Python with `zfpy`.
+//! Streams and decoded values equal zfp's bit for bit, by checksums that `reference/reference.py` wrote. Real volumes
+//! are skipped without `CVR_DATA`. The test that runs zfp itself is skipped without a Python that has `zfpy`.
 
 use std::path::Path;
 use std::process::Command;
@@ -27,7 +27,7 @@ fn digest(parts: impl Iterator<Item = Vec<u8>>) -> String {
     sum.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Bytes of one channel after the other; zeros of either sign are equal.
+/// Bytes of the channels, one after another. Zeros of either sign are equal.
 fn planes(values: &[f32], channels: u32) -> Vec<Vec<u8>> {
     let plane = |c: u32| {
         let mut bytes = Vec::with_capacity(values.len() * 4 / channels as usize);
@@ -49,7 +49,7 @@ fn encoded(volume: &FiniteVolume, rate: &str) -> EncodedVolume {
     encode_temporary(&Zfp, &settings(&[("rate", rate)]), volume).unwrap()
 }
 
-/// Checksums of the stream and of what it decodes to.
+/// Checksums of the stream and of its decoded values.
 fn found(stream: EncodedVolume) -> [String; 2] {
     let bits = stream.tensor("blocks", Element::U32).unwrap().bytes().to_vec();
     let decoder = Zfp.decoder(Arc::new(stream)).unwrap();
@@ -59,7 +59,7 @@ fn found(stream: EncodedVolume) -> [String; 2] {
     [digest([bits].into_iter()), digest(decoded)]
 }
 
-/// Holds a volume to its entry at each rate; returns how many there are.
+/// Compares a volume with its entry at each rate. Returns the number of rates.
 fn holds(name: &str, entry: &Value, volume: &FiniteVolume) -> usize {
     assert_eq!(entry["samples"], samples(volume), "{name}: this is not the volume that zfp was given");
     let rates = entry["rates"].as_object().unwrap();
@@ -127,7 +127,7 @@ fn real_volumes_equal_zfp() {
     }
 }
 
-/// What is compared tells one bit, and one rate from another.
+/// The comparison detects a single bit, and another rate.
 #[test]
 fn another_bit_or_rate_is_seen() {
     let reference = reference();
@@ -146,7 +146,7 @@ fn another_bit_or_rate_is_seen() {
     }
 }
 
-/// The checksums are those of zfp itself, where it can be asked.
+/// The checksums equal those of zfp itself, if it is installed.
 #[test]
 fn zfp_itself_says_so() {
     let python = |arguments: &[&str]| Command::new("python3").args(arguments).output();

@@ -1,4 +1,4 @@
-//! PSNR and rate on real volumes, against zfp as others measured it. Skips without `CVR_DATA`.
+//! PSNR and rate on real volumes, compared with zfp as peers measured it. Skips without `CVR_DATA`.
 //!
 //! The table of docs/benchmarks/zfp.md:
 //! `CVR_DATA=folder cargo test --release -p cvr-zfp --test zfp real_volumes -- --nocapture --test-threads=1`
@@ -12,9 +12,9 @@ use cvr_core::metrics::VolumeError;
 use cvr_core::volume::{BrickSource as _, DenseVolume, FiniteVolume, FrameIndex, NoReferences, Samples};
 use cvr_zfp::Zfp;
 
-/// Decibels by which a figure may differ from that of the peers, who code (v − min) / (max − min): other exponents.
+/// Decibels by which a PSNR may differ from the peers'. They code (v − min) / (max − min), which has other exponents.
 const TOLERANCE_DB: f64 = 0.7;
-/// The same where a volume is scaled as theirs.
+/// The same for a volume that is scaled like theirs.
 const SCALED_TOLERANCE_DB: f64 = 0.002;
 
 /// PSNR of the peers at rates 1, 2, 4 and 8.
@@ -36,7 +36,7 @@ fn measured(name: &str, volume: &FiniteVolume, rate: &str, peer: f64) -> (f64, f
         frames.map(|frame| decode_frame(decoder.as_ref(), frame, &NoReferences).unwrap()).collect();
     let seconds = (cpu_time() - begun).as_secs_f64();
     let error = VolumeError::compare(volume, decoded);
-    // The bound is that of values that are not clamped.
+    // The bound holds for values that are not clamped.
     assert!(error.max_abs_error <= bound, "{name} {rate}: {} of {bound}", error.max_abs_error);
     println!(
         "| {name} | {rate} | {bits:.4} | {:.3} | {peer:.3} | {:+.3} | {bound:.6} | {encoded:.2} | {seconds:.2} |",
@@ -46,14 +46,14 @@ fn measured(name: &str, volume: &FiniteVolume, rate: &str, peer: f64) -> (f64, f
     (error.psnr_db, bits)
 }
 
-/// Each of the rates 1, 2, 4 and 8 against the PSNR of the peers.
+/// Compares each of the rates 1, 2, 4 and 8 with the PSNR of the peers.
 fn holds(name: &str, peers: [f64; 4]) {
     let Some(folder) = folder() else { return };
     let volume = volume_of(&folder, name);
     for (rate, peer) in ["1", "2", "4", "8"].into_iter().zip(peers) {
         let (psnr, bits) = measured(name, &volume, rate, peer);
         assert!((psnr - peer).abs() < TOLERANCE_DB, "{name} {rate}: {psnr} dB, the peers {peer}");
-        // Cut blocks take as many bits as whole ones, and a header of the file is counted.
+        // Cut blocks take as many bits as whole ones, and the header of the file counts.
         let [x, y, z] = volume.layout().extent.to_array();
         let filled = [x, y, z].iter().map(|n| n.div_ceil(4) * 4).product::<u32>();
         let expected = rate.parse::<f64>().unwrap() * f64::from(filled) / f64::from(x * y * z);
@@ -76,7 +76,7 @@ fn scaled_psnr(volume: &FiniteVolume, rate: &str) -> f64 {
     VolumeError::compare(&scaled, frames.map(frame)).psnr_db
 }
 
-/// Where nothing is rounded and no frame is cut, the peers' way of scaling gives their figures.
+/// Without rounding and cut frames, scaling like the peers gives the peers' PSNR.
 #[test]
 fn scaled_as_the_peers_do_it_is_their_figure() {
     let Some(folder) = folder() else { return };

@@ -1,7 +1,7 @@
-//! Streams of every version so far, which must decode for ever to what they decoded to when they were kept.
+//! Kept streams of every version. They must decode to the same values for ever.
 //!
-//! A stream that is kept is never written again. To keep one more, add it to the list and run with `CVR_BLESS=1`: the
-//! file is written where there is none, and the test prints its checksum.
+//! A kept stream is never rewritten. To add one, add it to the list and run with `CVR_BLESS=1`. This writes missing
+//! files and prints their checksums.
 
 use cvr_codec_tests::kept::{Kept, assert_unchanged, checksums, with_flipped};
 use cvr_core::codec::Settings;
@@ -11,7 +11,7 @@ use cvr_zfp::Zfp;
 const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
 const KEPT: [Kept<1>; 2] = [
-    // Blocks of 70 bits, so that none but the first begins with a word; cut blocks.
+    // Blocks of 70 bits, so that only the first begins on a word; cut blocks.
     Kept {
         name: "v1-f32-70-bits",
         version: 1,
@@ -40,7 +40,7 @@ fn made(rate: &str, sample: SampleType, channels: u32, frames: u32) -> (Settings
     (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
 }
 
-/// Stages from which a stream is decoded, one after the other.
+/// Numbers of stages from which each stream is decoded.
 const STAGES: [u8; 1] = [u8::MAX];
 
 #[test]

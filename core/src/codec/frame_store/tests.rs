@@ -4,7 +4,7 @@ use super::*;
 use crate::codec::check_key;
 use crate::volume::{Extent, SampleType};
 
-/// Every frame is one more than the sum of what it is predicted from. Counts decoded frames, and remembers their order.
+/// Every frame is one more than the sum of its references. Counts decoded frames and remembers their order.
 #[derive(Debug)]
 struct Sums {
     layout: VolumeLayout,
@@ -164,7 +164,7 @@ fn circles_and_missing_frames_are_faults_of_the_stream() {
     assert!(told(&[predicted(1), Dependencies::Intra], 7).starts_with("no such brick: frame 7"));
 }
 
-/// The failing twin: without its store, a predicted frame does not decode, and says what it lacks.
+/// The failing twin: without the store, a predicted frame does not decode, and the error names the missing frame.
 #[test]
 fn without_a_store_a_predicted_frame_is_refused() {
     let sums = group();

@@ -1,4 +1,4 @@
-//! Tests of the battery: a sound codec passes, and each flaw is found under its own name.
+//! Tests of the conformance tests: a correct codec passes, and each flaw is found under its property.
 
 mod probe;
 
@@ -8,7 +8,7 @@ use crate::conformance::decoded::Decoded;
 use crate::volume::{FrameIndex, Level};
 use probe::{Flaw, Probe};
 
-/// The battery finds `property` violated, and nothing else.
+/// The conformance tests find `property` violated, and nothing else.
 fn finds(flaw: Flaw, property: Property) {
     let report = run(&Probe::new(flaw), None);
     assert!(report.fails(property), "{flaw:?} went unnoticed");
@@ -59,7 +59,7 @@ fn stages_that_are_not_all_are_found() {
     finds_stages(Flaw::StageMissing, "3 stages are not all");
 }
 
-/// The probe's value range does not cover what it makes up, which is found too.
+/// The probe's value range does not cover the flawed values. This is found too.
 fn finds_stages(flaw: Flaw, message: &str) {
     let report = run(&Probe::new(flaw), None);
     let found =
@@ -151,7 +151,7 @@ fn settings_that_do_not_exist_are_a_failure() {
     assert!(run_with(&Probe::new(Flaw::None), &[settings], None).fails(Property::Encode));
 }
 
-/// A "device" that decodes on the CPU, and may err by one bit in the last voxel: of a snippet, or of passes.
+/// A "device" that decodes on the CPU. It may change one bit of the last voxel, for a snippet or for passes.
 #[derive(Default)]
 struct Dump {
     flips_snippet: bool,

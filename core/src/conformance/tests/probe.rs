@@ -10,7 +10,7 @@ use crate::codec::*;
 use crate::container::{Element, EncodedVolume, StreamWriter, Tensor};
 use crate::volume::*;
 
-/// What is wrong with the codec.
+/// A deliberate flaw of the probe codec.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Flaw {
     None,
@@ -201,7 +201,7 @@ impl Decoder for ProbeDecoder {
             let first = self.layout.extent.index(start) * channels;
             for (k, out) in out.iter_mut().enumerate() {
                 *out = f32::from_bits(frame[(first + k + shift) % n]) * self.sign;
-                // The second stage of three is further off than the first.
+                // The second of three stages is less accurate than the first.
                 if self.flaw == Flaw::WorseStages && key.level.stages == 2 {
                     *out += 3.0;
                 }

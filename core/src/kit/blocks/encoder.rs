@@ -1,4 +1,4 @@
-//! Encoding a codec of blocks: rows of blocks in parallel, each record decoded again to measure the error.
+//! Encoding with a codec of blocks: rows of blocks run in parallel, and each record is decoded to measure the error.
 
 use super::{BLOCKS, BlockCodec};
 use crate::codec::{EncodeError, EncodeReport, Encoder, Progress, Settings};
@@ -6,7 +6,7 @@ use crate::container::StreamWriter;
 use crate::kit::{BlockGrid, BlockRow, Measured, code_frame};
 use crate::volume::{BrickSource, FrameIndex};
 
-/// Slices coded at a time, at least: blocks of few slices leave enough rows for all threads.
+/// Slices coded at a time, at least. With flat blocks this still leaves enough rows for all threads.
 const SLAB: u32 = 16;
 
 /// Encodes with one codec.

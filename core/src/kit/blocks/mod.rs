@@ -1,14 +1,14 @@
-//! A trait for codecs of blocks: each block of each channel is a record of words, all of one length.
+//! A trait for codecs of blocks. Each block of each channel is a record of words; all records have one length.
 //!
-//! The author writes what is particular to the method. The kit owns the grid, channels and frames, the tensor of records, the
-//! rows in parallel, the measured error bound, the checks, the buffer and the rest of the shader.
+//! The author writes only the method. The kit owns the grid, channels, frames, the tensor of records, parallel rows,
+//! the measured error bound, checks, the buffer, and the rest of the shader.
 //!
-//! The stream is one tensor `blocks` of shape frames × blocks along z × channels × blocks along y × (blocks along x · words of
-//! a record). Blocks that the volume's border cuts are filled up by their last voxels. The snippet declares
-//! `<id>_value(record: u32, i: u32) -> f32`: voxel `i` (x fastest) of the block whose first word is `<id>_blocks(record)`.
-//! It must not declare a name that the kit adds: `<id>_record`, `<id>_place`, `<id>_voxel`, `<id>_fetch`, `<id>_fetch_cell`,
-//! but for a snippet that has a faster `<id>_fetch` of its own: it declares all that it needs, and the kit adds nothing.
-//! [`CodecInfo::fetch_cell`] is then `true`, as it is with the kit's.
+//! The stream is one tensor `blocks` of shape frames × blocks along z × channels × blocks along y × (blocks along x ·
+//! words of a record). Blocks cut by the volume's border are padded with their last voxels. The snippet declares
+//! `<id>_value(record: u32, i: u32) -> f32`: voxel `i` (x fastest) of the block whose first word is
+//! `<id>_blocks(record)`. It must not declare names that the kit adds: `<id>_record`, `<id>_place`, `<id>_voxel`,
+//! `<id>_fetch`, `<id>_fetch_cell`. Exception: a snippet with a faster `<id>_fetch` of its own. It declares everything
+//! that it needs, and the kit adds nothing. [`CodecInfo::fetch_cell`] is `true` in both cases.
 
 mod encoder;
 mod reader;
@@ -37,11 +37,11 @@ pub trait BlockCodec: Debug + Send + Sync + Sized + 'static {
     /// The snippet: its path as the author knows it, and its text.
     const SNIPPET: (&'static str, &'static str);
 
-    /// From settings, which are complete. They are the parameters of the stream too: a decoder holds them to the schema once
-    /// more before it asks.
+    /// The codec with these complete settings. They are also the parameters of the stream. A decoder checks them
+    /// against the schema before it calls this.
     ///
     /// # Errors
-    /// When settings contradict each other.
+    /// If settings contradict each other.
     fn from_settings(settings: &Settings) -> Result<Self, ConfigError>;
 
     /// Size of a block in voxels.
@@ -50,10 +50,10 @@ pub trait BlockCodec: Debug + Send + Sync + Sized + 'static {
     /// Words of the record of a block of one channel.
     fn record_words(&self) -> usize;
 
-    /// Fills the record, all of it zero, of a block of one channel (x fastest).
+    /// Encodes a block of one channel (`values`, x fastest) into `record`, which is all zero.
     fn encode(&self, values: &[f32], record: &mut [u32]);
 
-    /// Voxel `i` of a block, in data units. This one defines the codec.
+    /// Voxel `i` of a block, in data units. This function defines the codec.
     fn decode(&self, record: &[u32], i: usize) -> f32;
 
     /// Constants of the snippet, without the codec's prefix. The kit adds `block`, `grid` (blocks along each axis),
@@ -67,7 +67,7 @@ pub trait BlockCodec: Debug + Send + Sync + Sized + 'static {
         Agreement::Exact
     }
 
-    /// A range that holds all that a record decodes to. By default it is decoded.
+    /// A range that holds all decoded values of a record. By default the record is decoded.
     fn range(&self, record: &[u32]) -> ValueRange {
         let values = (0..self.block().0.voxels() as usize).map(|i| self.decode(record, i));
         values
@@ -76,8 +76,8 @@ pub trait BlockCodec: Debug + Send + Sync + Sized + 'static {
             .unwrap_or(ValueRange { min: 0.0, max: 0.0 })
     }
 
-    /// Whether an encoder could have written a record; a stream that holds another is refused. By default all that it decodes
-    /// to is finite.
+    /// Whether an encoder could have written this record. A stream with an unsound record is refused. By default a
+    /// record is sound if all its decoded values are finite.
     fn is_sound(&self, record: &[u32]) -> bool {
         (0..self.block().0.voxels() as usize).all(|i| self.decode(record, i).is_finite())
     }
@@ -87,31 +87,32 @@ pub trait BlockCodec: Debug + Send + Sync + Sized + 'static {
         DecodedForm::FLOAT32
     }
 
-    /// What texture units decode by themselves, if the records of a frame are such.
+    /// The records of a frame as a block texture, if texture units can decode them.
     fn block_texture<'a>(&self, _words: &'a [u32]) -> Option<BlockTexture<'a>> {
         None
     }
 
-    /// Looks at the whole volume before the first block is coded. What it finds must be in [`BlockCodec::parameters`].
+    /// Reads the whole volume before the first block is coded. Results that the decoder needs must be in
+    /// [`BlockCodec::parameters`].
     ///
     /// # Errors
-    /// Those of reading, when the codec cannot encode such a volume, and when `run` was cancelled.
+    /// If reading fails, if the codec cannot encode such a volume, or if `run` was cancelled.
     fn measure(&mut self, _source: &dyn BrickSource, _run: &Progress<'_>) -> Result<(), EncodeError> {
         Ok(())
     }
 
-    /// What the stream keeps for a decoder, where that is not the settings.
+    /// Parameters that the stream keeps for a decoder, if they are not the settings.
     fn parameters(&self) -> Option<serde_json::Value> {
         None
     }
 
-    /// From what the stream keeps.
+    /// The codec, from the parameters of a stream.
     ///
     /// # Errors
-    /// When that is not what [`BlockCodec::parameters`] writes.
+    /// If the parameters are not what [`BlockCodec::parameters`] writes.
     fn from_stream(volume: &EncodedVolume) -> Result<Self, DecodeError> {
         let settings: Settings = volume.parameters()?;
-        let of_schema = settings.complete(Self::INFO).and_then(|settings| Self::from_settings(&settings));
+        let of_schema = Self::INFO.complete(&settings).and_then(|settings| Self::from_settings(&settings));
         of_schema.map_err(|problem| DecodeError::Corrupt(problem.to_string()))
     }
 }

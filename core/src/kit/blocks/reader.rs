@@ -8,7 +8,7 @@ use crate::container::EncodedVolume;
 use crate::kit::{BlockFrame, BlockGrid, PartedTensor, StreamReader};
 use crate::volume::{BrickKey, FrameIndex, Level, ValueRange, VolumeLayout};
 
-/// What the kit adds to a snippet; `kit_` stands for the codec's prefix.
+/// The part of the shader that the kit adds. `kit_` stands for the codec's prefix.
 const FETCH: &str = include_str!("fetch.wgsl");
 
 /// A stream that is read.
@@ -18,7 +18,7 @@ pub struct Reader<C> {
     layout: VolumeLayout,
     grid: BlockGrid,
     records: PartedTensor,
-    /// The snippet, and what the kit adds to it.
+    /// The snippet, followed by the part that the kit adds.
     source: String,
 }
 
@@ -98,7 +98,7 @@ impl<C: BlockCodec> StreamReader for Reader<C> {
         Frame { codec: &self.codec, words, grid: &self.grid, channels: self.layout.channels as usize }
     }
 
-    /// Of the blocks that the region touches, all channels.
+    /// The range over all channels of the blocks that the region touches.
     fn range(&self, key: BrickKey) -> Option<ValueRange> {
         let frame = self.frame(key.frame, key.level);
         self.grid.range(key.region, |block| {

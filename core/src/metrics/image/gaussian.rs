@@ -60,8 +60,7 @@ impl Plane {
         self.widened(by, mirrored)
     }
 
-    /// The plane with so many pixels more on each side; `place` says where in the plane the value of a coordinate lies, of
-    /// so many.
+    /// The plane, extended on each side by a number of pixels. `place` maps a coordinate to its position in the plane.
     fn widened(&self, by: usize, place: impl Fn(isize, usize) -> usize) -> Self {
         let [width, height] = self.size;
         let size = [width + 2 * by, height + 2 * by];

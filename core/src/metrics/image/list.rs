@@ -19,7 +19,7 @@ pub enum Against {
 /// Writes a struct of the sums of all metrics, with a field per metric.
 macro_rules! metrics {
     ($($name:ident: $metric:ty,)*) => {
-        /// What the metrics add up over the pixels of pictures.
+        /// Sums of the metrics over the pixels of pictures.
         #[derive(Copy, Clone, Debug, Default, PartialEq)]
         pub(super) struct Sums {
             $(pub(super) $name: <$metric as Metric>::Sums,)*
@@ -34,8 +34,8 @@ macro_rules! metrics {
                 $(<$metric>::add(&mut self.$name, next.$name);)*
             }
 
-            /// Names and values, per so many visible pixels of the reference and so many of the whole frame. Where
-            /// nothing is visible there is nothing to compare, and no value.
+            /// Names and values: per visible pixel of the reference, and per pixel of the whole picture. `None` if
+            /// nothing is visible.
             pub(super) fn values(
                 &self,
                 against: Against,

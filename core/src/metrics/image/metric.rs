@@ -9,7 +9,7 @@ pub(super) struct Pair<'a> {
     pub(super) size: [usize; 2],
     /// What should be seen.
     pub(super) reference: &'a [[f32; 3]],
-    /// What is seen.
+    /// The picture to judge.
     pub(super) image: &'a [[f32; 3]],
 }
 
@@ -35,7 +35,7 @@ impl Per {
 pub(super) trait Metric {
     /// Per visible pixel against the reference, over the whole frame, and per visible pixel against raw's picture.
     const FIGURES: [Figure; 3];
-    /// What is added up.
+    /// The sums.
     type Sums: Copy + Default + std::fmt::Debug + PartialEq;
 
     /// The sums of a picture.

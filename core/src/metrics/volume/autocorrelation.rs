@@ -4,7 +4,7 @@ use super::metric::{Metric, Subject};
 use super::slab::Slab;
 use crate::metrics::{Better, Figure};
 
-/// A variance below this share of the mean square is what rounding leaves of a constant error.
+/// If the variance is below this fraction of the mean square, it is only rounding of a constant error.
 const CONSTANT: f64 = 1e-12;
 
 /// Moments of errors, and of neighbours along each axis.

@@ -27,7 +27,7 @@ macro_rules! metrics {
             $(pub(super) $name: <$metric as Metric>::Sums,)*
         }
 
-        /// What they come to.
+        /// The results.
         pub(super) struct Outcomes {
             $(pub(super) $name: <$metric as Metric>::Outcome,)*
         }

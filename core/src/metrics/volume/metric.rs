@@ -1,11 +1,11 @@
-//! What a metric of voxels is.
+//! The trait of voxel metrics.
 
 use super::slab::Slab;
 use crate::codec::Block;
 use crate::metrics::Figure;
 use crate::volume::{BrickSource, FiniteVolume, VolumeLayout};
 
-/// What is compared, before a decoded frame is seen.
+/// The part of a comparison that does not depend on a decoded frame.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Subject<'a> {
     /// The original.
@@ -24,9 +24,9 @@ impl Subject<'_> {
 pub(super) trait Metric: Sync + Sized {
     /// The figures, in the order in which [`Metric::values`] gives them.
     const FIGURES: &'static [Figure];
-    /// What is added up.
+    /// The sums.
     type Sums: Default + Send;
-    /// What the sums of all frames come to.
+    /// The results from the sums of all frames.
     type Outcome;
 
     /// Prepares what the original alone decides.

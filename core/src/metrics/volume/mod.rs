@@ -119,7 +119,7 @@ impl<'a> VolumeComparison<'a> {
         assert!(self.frames < layout.frames, "the original has {} frames", layout.frames);
         assert_eq!(decoded.len() as u64, layout.samples_per_frame(), "samples of a decoded frame");
         let original = reference.dense().frame_values(FrameIndex(self.frames));
-        // Slabs are fixed pieces and are added up in their order, whichever thread has done them.
+        // Slabs are fixed pieces and are added up in their order, independent of threads.
         let slabs: Vec<Sums> = (0..(layout.extent.z() as usize).div_ceil(SLICES))
             .into_par_iter()
             .map(|number| self.metrics.slab(&Slab::new(reference, &original, decoded, number)))

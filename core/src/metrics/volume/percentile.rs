@@ -114,7 +114,7 @@ mod tests {
         assert_eq!(p999(&errors), Some(9.0));
         errors[..5].fill(f32::NAN);
         assert_eq!(p999(&errors), Some(f64::INFINITY));
-        // Of a single sample all is the largest.
+        // For a single sample, all percentiles are its error.
         assert_eq!(error_of([1, 1, 1], &[-3.0], None).value("p999_abs_error"), Some(3.0));
     }
 }

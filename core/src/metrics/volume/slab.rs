@@ -124,7 +124,7 @@ impl<'a> Slab<'a> {
     }
 }
 
-/// What a decoded value counts as: an integer volume's is rounded and clamped to the original's range.
+/// The compared value of a decoded sample: for an integer volume it is rounded and clamped to the original's range.
 #[derive(Copy, Clone, Debug)]
 struct Judge {
     range: ValueRange,

@@ -10,7 +10,7 @@ use crate::metrics::{Better, Figure, psnr_db};
 /// Sums of squares, in the order of blocks.
 pub(super) struct Squared;
 
-/// Of all samples, and of those of each channel.
+/// Sums over all samples, and over each channel.
 #[derive(Copy, Clone, Debug, Default)]
 pub(super) struct Squares {
     pub(super) all: f64,

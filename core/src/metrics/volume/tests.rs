@@ -9,7 +9,7 @@ fn volume(extent: [u32; 3], samples: Samples, frames: u32) -> FiniteVolume {
     FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
 }
 
-/// What is compared when each sample of a constant volume of floats is off by so much.
+/// The comparison of a constant volume of floats whose samples each have the given error.
 fn compared(layout: VolumeLayout, errors: &[f32], block: Option<&str>) -> (VolumeError, ErrorHistogram) {
     let samples = Samples::F32(vec![0.0; errors.len()]);
     let original = FiniteVolume::new(DenseVolume::new(layout, samples).unwrap());
@@ -18,7 +18,7 @@ fn compared(layout: VolumeLayout, errors: &[f32], block: Option<&str>) -> (Volum
     comparison.finish_with_histogram()
 }
 
-/// The error when each voxel of a scalar volume of floats is off by so much; `block` is that of the codec.
+/// The error of a scalar volume of floats whose voxels each have the given error. `block` is the codec's.
 pub(super) fn error_of(extent: [u32; 3], errors: &[f32], block: Option<&str>) -> VolumeError {
     let extent = Extent::try_from(extent).unwrap();
     compared(VolumeLayout::scalar(extent, SampleType::F32), errors, block).0
@@ -30,7 +30,7 @@ pub(super) fn error_of_channels(extent: [u32; 3], errors: &[f32]) -> VolumeError
     compared(VolumeLayout { channels: 3, ..VolumeLayout::scalar(extent, SampleType::F32) }, errors, None).0
 }
 
-/// The histogram of a scalar volume whose voxels are off by so much.
+/// The histogram of a scalar volume whose voxels have the given errors.
 pub(super) fn histogram_of(extent: [u32; 3], errors: &[f32]) -> ErrorHistogram {
     let extent = Extent::try_from(extent).unwrap();
     compared(VolumeLayout::scalar(extent, SampleType::F32), errors, None).1

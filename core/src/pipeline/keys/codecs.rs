@@ -29,7 +29,7 @@ fn table(info: &CodecInfo) -> Table {
     Table::new(doc, keys)
 }
 
-/// The default of a setting as TOML: words in quotes.
+/// The default of a setting as TOML. Words are quoted.
 pub(super) fn written(kind: SettingKind, default: &str) -> String {
     match kind {
         SettingKind::Choice(_) | SettingKind::Text { .. } => format!("\"{default}\""),

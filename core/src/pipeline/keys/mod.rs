@@ -1,25 +1,35 @@
-//! What a configuration may hold, as one table: every key with its type, unit, range, default and meaning. This file has
-//! the configuration as a whole, `[experiment]` and `[pipeline]`.
+//! The table of all keys of a configuration, with type, unit, range, default and meaning. This file holds the whole
+//! configuration, `[experiment]` and `[pipeline]`.
 
 mod codecs;
 pub mod number;
 pub(super) mod scene;
 pub(super) mod shape;
-mod volume;
+pub(super) mod volume;
 mod words;
 
-use super::parse::{ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
 use super::{Experiment, Known};
 use crate::codec::{FrameStore, Setting, Site};
 use crate::render::Filter;
 use shape::{Key, Relation, Shape, Table};
+
+/// Word for all stages of a stream.
+pub(super) const ALL_STAGES: &str = "all";
+/// Most stages that can be asked for.
+pub(super) const MOST_STAGES: i64 = 254;
+/// Highest allowed resolution. Beyond it, no axis is longer than one voxel.
+pub(super) const MOST_RESOLUTION: i64 = 32;
 
 /// All that a configuration holds.
 pub(super) fn configuration(known: &Known<'_>) -> Table {
     let list = |tables| Shape::Tables(tables);
     let keys = vec![
         Key::required("experiment", Shape::Table(experiment()), "Name and seed"),
-        Key::required("volume", list(volume::tables(known)), "What is drawn; one table for each volume"),
+        Key::required(
+            "volume",
+            list(volume::tables(known.generators)),
+            "What is drawn; one table for each volume",
+        ),
         Key::required(
             "codec",
             list(codecs::tables(known)),
@@ -39,7 +49,7 @@ pub(super) fn configuration(known: &Known<'_>) -> Table {
     )
 }
 
-fn experiment() -> Table {
+pub(super) fn experiment() -> Table {
     let seed = Shape::Integer { min: 0, max: i64::MAX };
     let keys = vec![
         Key::required("name", Shape::Name, "Name of the experiment, of its report and of its folder"),
@@ -61,7 +71,7 @@ fn experiment() -> Table {
     Table::new("Name and seed of the experiment.", keys)
 }
 
-/// The settings of all renderers, each with the renderers that have it.
+/// The settings of all renderers, each with the renderers that use it.
 fn renderer_settings<'a>(known: &Known<'a>) -> Vec<(&'a Setting, Vec<String>)> {
     let mut all: Vec<(&Setting, Vec<String>)> = Vec::new();
     for info in known.renderers {
@@ -75,12 +85,12 @@ fn renderer_settings<'a>(known: &Known<'a>) -> Vec<(&'a Setting, Vec<String>)> {
     all
 }
 
-fn pipeline(known: &Known<'_>) -> Table {
+/// The keys that `[pipeline]` has whatever the renderer; `renderers` are words with their meaning.
+pub(super) fn axes(renderers: Vec<(String, String)>) -> Vec<Key> {
     let axis = |words| Shape::Axis(Box::new(Shape::Words(words)));
-    let renderers = known.renderers.iter().map(|r| (r.id.to_owned(), r.summary.to_owned())).collect();
     let sites = Site::ALL.map(|site| (site.name().to_owned(), site.summary().to_owned()));
     let filters = Filter::ALL.map(|filter| (filter.name().to_owned(), words::filter(filter).to_owned()));
-    let mut keys = vec![
+    vec![
         Key::required("renderer", axis(renderers), "What draws"),
         Key::required("site", axis(sites.into()), "Where voxels are decoded"),
         Key::required("filter", axis(filters.into()), "How values between voxels are found"),
@@ -106,7 +116,11 @@ fn pipeline(known: &Known<'_>) -> Table {
             "Which resolution of a stream is decoded, of codecs that have several; 0 is the full one, and each step halves \
              every axis",
         ),
-    ];
+    ]
+}
+
+fn pipeline(known: &Known<'_>) -> Table {
+    let mut keys = axes(known.renderers.iter().map(|r| (r.id.to_owned(), r.summary.to_owned())).collect());
     let own = keys.len();
     let settings = renderer_settings(known);
     let mut named: Vec<(String, Vec<String>)> = Vec::new();
@@ -114,7 +128,7 @@ fn pipeline(known: &Known<'_>) -> Table {
         let shape = Shape::Sweep(Box::new(Shape::Setting(setting.kind)));
         let doc = format!("Of renderer {}: {}", owners.join(", "), setting.doc);
         match named.iter_mut().zip(&mut keys[own..]).find(|((name, _), _)| name == setting.name) {
-            // One name for two things: what is allowed depends on the renderers that are named.
+            // Two renderers use one name for different settings. The named renderers decide which values are allowed.
             Some(((_, all), key)) => {
                 let first = std::mem::replace(&mut key.shape, Shape::Boolean);
                 key.shape = Shape::Any(vec![first, shape]);

@@ -1,4 +1,4 @@
-//! Keys of a scene that take one number, each once: parser, schema and command line read them here.
+//! Keys of a scene that take one number. Parser, schema and command line read them from this list.
 
 use super::shape::{Bounds, Key, Shape};
 use crate::render::{Camera, Shading};
@@ -8,24 +8,24 @@ use crate::render::{Camera, Shading};
 pub struct NumberKey {
     /// Name in TOML.
     pub name: &'static str,
-    /// What it does; a sentence without its full stop.
+    /// Its effect: a sentence without a full stop.
     pub doc: &'static str,
-    /// Unit; empty where it has none.
+    /// Unit. Empty if it has none.
     pub unit: &'static str,
-    /// What is expected, for messages.
+    /// The expected value, for messages.
     pub(in crate::pipeline) expected: &'static str,
     pub(in crate::pipeline) bounds: fn() -> Bounds,
     default: fn() -> f64,
 }
 
 impl NumberKey {
-    /// Whether a number may stand there.
+    /// Whether this number is allowed.
     #[must_use]
     pub fn allows(&self, number: f64) -> bool {
         number.is_finite() && (self.bounds)().hold(number)
     }
 
-    /// Whether a number of single precision may stand there, read as it is written.
+    /// Whether a single-precision number is allowed, read as it is printed.
     #[must_use]
     pub fn allows_single(&self, number: f32) -> bool {
         self.allows(single(number))
@@ -37,14 +37,14 @@ impl NumberKey {
         Key::with_default(self.name, Shape::Number((self.bounds)()), default, self.doc).unit(self.unit)
     }
 
-    /// The number that its absence stands for.
+    /// Its default.
     #[must_use]
     pub fn default(&self) -> f64 {
         (self.default)()
     }
 }
 
-/// A number of single precision as it was written.
+/// A single-precision number as it is printed.
 fn single(x: f32) -> f64 {
     x.to_string().parse().unwrap_or(f64::from(x))
 }
@@ -105,7 +105,7 @@ pub const STEP_VOXELS: NumberKey = NumberKey {
     doc: "Distance between samples along a ray, or between slices",
     unit: "voxels",
     expected: "a step from 0.01 to 1000 voxels",
-    // Below, a frame takes minutes and shows nothing more; above, a ray misses the volume.
+    // Below, a picture takes minutes and shows nothing more. Above, a ray misses the volume.
     bounds: || Bounds::range(0.01, 1000.0),
     default: || 0.5,
 };

@@ -4,45 +4,45 @@ use crate::codec::SettingKind;
 
 /// A table and its keys; it has no others.
 pub(in crate::pipeline) struct Table {
-    /// What it describes, in one or two sentences.
+    /// Its meaning, in one or two sentences.
     pub doc: String,
     /// Its keys, in the order in which they are shown.
     pub keys: Vec<Key>,
     /// Keys that ask for others: `(key, others)`.
     pub needs: Vec<(&'static str, &'static [&'static str])>,
-    /// What keys mean to each other beyond `needs`.
+    /// Relations between keys beyond `needs`.
     pub relation: Option<Relation>,
 }
 
 /// A relation between keys of one table.
 pub(in crate::pipeline) enum Relation {
-    /// A transfer function by name lies over `"range"`; so do control points between 0 and 1.
+    /// A named transfer function lies over `"range"`; so do control points between 0 and 1.
     TransferDomain,
-    /// These keys are settings of renderers, `(key, renderers)`, one of which must be named.
+    /// These keys are settings of renderers, `(key, renderers)`. One of the renderers must be named.
     RendererSettings(Vec<(String, Vec<String>)>),
 }
 
 /// A key of a table.
 pub(in crate::pipeline) struct Key {
     pub name: String,
-    /// What it does; a sentence without its full stop.
+    /// Its effect: a sentence without a full stop.
     pub doc: String,
     pub shape: Shape,
     pub presence: Presence,
-    /// Unit of its numbers; empty where it has none.
+    /// Unit of its numbers. Empty if it has none.
     pub unit: &'static str,
 }
 
 /// Whether a key must be there.
 pub(in crate::pipeline) enum Presence {
     Required,
-    /// The value that its absence stands for, written as TOML.
+    /// Its default, written as TOML.
     Default(String),
-    /// What its absence means, in words.
+    /// The meaning of its absence, in words.
     Absent(&'static str),
 }
 
-/// What values a key takes.
+/// The values that a key takes.
 pub(in crate::pipeline) enum Shape {
     /// A name: not blank, no control characters.
     Name,
@@ -57,34 +57,34 @@ pub(in crate::pipeline) enum Shape {
         max: i64,
     },
     Number(Bounds),
-    /// One of these words, each with what it means (or nothing).
+    /// One of these words, each with its meaning (or an empty string).
     Words(Vec<(String, String)>),
-    /// `"#rrggbb"`, and `"#rrggbbaa"` where an opacity may stand.
+    /// `"#rrggbb"`, or `"#rrggbbaa"` if an opacity is allowed.
     Colour {
         opacity: bool,
     },
     /// A setting of a codec or renderer.
     Setting(SettingKind),
-    /// A list of exactly these.
+    /// A list of exactly these elements.
     Tuple(Vec<Self>),
-    /// A list of at least so many, and at most so many if that is said; with names for what stands in it.
+    /// A list with a least and perhaps a greatest length, and perhaps names for its elements.
     List {
         item: Box<Self>,
         least: usize,
         most: Option<usize>,
     },
-    /// One value, or a list of at least one, none twice.
+    /// One value, or a list of at least one value without repetition.
     Axis(Box<Self>),
-    /// One value, or a list of at least one: each is tried.
+    /// One value, or a list of at least one value. Each is tried.
     Sweep(Box<Self>),
     /// Any of these.
     Any(Vec<Self>),
     Table(Table),
-    /// A list of tables, each of one of these kinds.
+    /// A list of tables. Each has one of these kinds.
     Tables(Vec<(String, Table)>),
 }
 
-/// Bounds of a number; `None` is none.
+/// Bounds of a number. `None` means unbounded.
 #[derive(Copy, Clone, Debug, Default)]
 pub(in crate::pipeline) struct Bounds {
     /// Lowest.
@@ -155,7 +155,7 @@ impl Table {
 }
 
 impl Shape {
-    /// The words that may stand there, at any depth but that of tables; each with its meaning, or nothing.
+    /// The allowed words at any depth outside tables, each with its meaning or an empty string.
     pub fn words(&self) -> &[(String, String)] {
         match self {
             Self::Words(words) => words,

@@ -3,11 +3,13 @@
 use super::shape::{Bounds, Key, Presence, Shape, Table};
 use crate::codec::SettingKind;
 use crate::pipeline::ByteOrder;
-use crate::pipeline::Known;
 use crate::volume::{SampleType, StoredType};
 
-/// Keys that describe a headerless file, and what each of them asks for.
-const RAW_NEEDS: [(&str, &[&str]); 6] = [
+/// Default number of voxels along each axis of a generated volume.
+pub(in crate::pipeline) const DEFAULT_EDGE: u32 = 64;
+
+/// Keys of a headerless file, each with the keys that it requires.
+pub(in crate::pipeline) const RAW_NEEDS: [(&str, &[&str]); 6] = [
     ("dims", &["dtype"]),
     ("dtype", &["dims"]),
     ("frames", &["dims", "dtype"]),
@@ -16,27 +18,51 @@ const RAW_NEEDS: [(&str, &[&str]); 6] = [
     ("skip_bytes", &["dims", "dtype"]),
 ];
 
-/// The three kinds of volumes, by the key that tells them apart.
-pub(super) fn tables(known: &Known<'_>) -> Vec<(String, Table)> {
-    let file = Key::required(
-        "file",
-        Shape::Path,
-        "A file of any format that `docs/user/inputs.md` lists, a folder of slices, or a pattern like `step*.raw` whose files \
-         are frames; `$NAME` stands for an environment variable",
-    );
+/// The names of all keys that a volume may have: its name, the keys that say where it comes from, and the others.
+pub(in crate::pipeline) fn names() -> Vec<String> {
+    let tables = tables(&[]);
+    let (origins, others): (Vec<_>, Vec<_>) = tables.iter().map(|(_, table)| table.keys.split_at(2)).unzip();
+    let mut names: Vec<String> = Vec::new();
+    for key in origins.into_iter().chain(others).flatten() {
+        if !names.contains(&key.name) {
+            names.push(key.name.clone());
+        }
+    }
+    names
+}
+
+/// The names of those keys that describe a file, and mean nothing where a volume is generated.
+pub(in crate::pipeline) fn of_files_alone() -> Vec<String> {
+    let generated = generated(origin_generate(&[]));
+    let described = from_files("", origin_file()).keys.into_iter().skip(2).map(|key| key.name);
+    described.filter(|name| !generated.names().contains(&name.as_str())).collect()
+}
+
+/// The three kinds of volumes, by the key that tells them apart. In each, the first key names the volume, and the second
+/// says where it comes from.
+pub(super) fn tables(generators: &[&str]) -> Vec<(String, Table)> {
     let list = Shape::List { item: Box::new(Shape::Path), least: 1, most: None };
     let files = Key::required("files", list, "Files, folders or patterns whose frames follow each other");
-    let generators = known.generators.iter().map(|&name| (name.to_owned(), String::new())).collect();
-    let generate = Key::required(
+    vec![
+        ("file".to_owned(), from_files("A volume from a file.", origin_file())),
+        ("files".to_owned(), from_files("A volume from several files.", files)),
+        ("generate".to_owned(), generated(origin_generate(generators))),
+    ]
+}
+
+fn origin_file() -> Key {
+    let doc = "A file of any format that `docs/user/inputs.md` lists, a folder of slices, or a pattern like `step*.raw` whose \
+               files are frames; `$NAME` stands for an environment variable";
+    Key::required("file", Shape::Path, doc)
+}
+
+fn origin_generate(generators: &[&str]) -> Key {
+    let generators = generators.iter().map(|&name| (name.to_owned(), String::new())).collect();
+    Key::required(
         "generate",
         Shape::Words(generators),
         "A formula; random ones depend on the experiment's seed",
-    );
-    vec![
-        ("file".to_owned(), from_files("A volume from a file.", file)),
-        ("files".to_owned(), from_files("A volume from several files.", files)),
-        ("generate".to_owned(), generated(generate)),
-    ]
+    )
 }
 
 fn name() -> Key {
@@ -102,7 +128,8 @@ fn generated(source: Key) -> Table {
     let keys = vec![
         name(),
         source,
-        Key::with_default("dims", dims(), "[64, 64, 64]", "Size along x, y, z").unit("voxels"),
+        Key::with_default("dims", dims(), format!("{:?}", [DEFAULT_EDGE; 3]), "Size along x, y, z")
+            .unit("voxels"),
         Key::with_default("dtype", words(SampleType::ALL.map(SampleType::name)), "\"u8\"", "Number type"),
         Key::with_default("frames", frames(), "1", "Time steps"),
     ];

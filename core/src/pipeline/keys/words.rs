@@ -1,4 +1,4 @@
-//! What the words of a configuration mean, where the thing itself does not say it.
+//! Meanings of words in a configuration, if their own type does not document them.
 
 use crate::render::Filter;
 

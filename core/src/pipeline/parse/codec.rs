@@ -1,4 +1,4 @@
-//! `[[codec]]`: free-form, held to the schema that the codec brings.
+//! `[[codec]]`: its other keys are checked against the codec's schema.
 
 use super::super::config::CodecSweep;
 use super::super::document::{Entry, Node};

@@ -6,42 +6,27 @@ mod scene;
 mod settings;
 mod volume;
 
-pub(super) use pipeline::{ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
-pub(super) use volume::VOLUME_KEYS;
-
 use std::error::Error;
 use std::fmt;
 
 use super::document::{Document, Node, Value};
+use super::keys;
 use super::read::{Fields, unknown};
-use super::{Experiment, FilePath, Scene, TooManyCells, Volume};
-use crate::codec::{FrameStore, Registry};
+use super::{Experiment, FilePath, Known, Scene, TooManyCells, Volume};
+use crate::codec::FrameStore;
 use crate::diagnostic::Diagnostic;
-use crate::render::RendererInfo;
 
-/// The names that a configuration may use.
-#[derive(Copy, Clone, Debug)]
-pub struct Known<'a> {
-    /// The codecs, with the schemas of their settings.
-    pub codecs: &'a Registry,
-    /// The renderers, with the schemas of their settings.
-    pub renderers: &'a [&'static RendererInfo],
-    /// Names of volume generators.
-    pub generators: &'a [&'a str],
-}
-
-/// All that is wrong with a configuration: the first error of every table, in the order of the sections. Never
-/// empty.
+/// All errors of a configuration: the first of every table, in the order of the sections. Never empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InvalidExperiment(pub Vec<Diagnostic>);
 
 impl Error for InvalidExperiment {}
 
-/// Errors that are shown. A broken generator of configurations makes the same one ten thousand times.
+/// Number of errors shown. A broken script that writes configurations may cause the same error ten thousand times.
 const MOST_SHOWN: usize = 10;
 
 impl fmt::Display for InvalidExperiment {
-    /// The first diagnostics with an empty line between them, and how many more there are.
+    /// The first diagnostics, separated by empty lines, and the number of the others.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, diagnostic) in self.0.iter().take(MOST_SHOWN).enumerate() {
             write!(f, "{}{diagnostic}", if i > 0 { "\n\n" } else { "" })?;
@@ -59,7 +44,7 @@ const PIPELINE_EXAMPLE: &str = "renderer = \"raycasting\"\nsite = \"inline\"\nfi
 const SCENE_EXAMPLE: &str =
     "name = \"front\"\ntransfer_function = [[0, \"#00000000\"], [255, \"#ffffffff\"]]";
 
-/// The way out of too many cells.
+/// Advice for too many cells.
 const FEWER_CELLS: &str = "shorten a list, or write a larger number as `max_cells` of `[experiment]`; in place of it, \
                            `--set experiment.max_cells=N`";
 
@@ -70,26 +55,24 @@ fn megabytes(node: &Node) -> Result<u32, Diagnostic> {
     u32::try_from(number).map_err(|_| node.not_allowed(EXPECTED))
 }
 
-const EXPERIMENT_KEYS: [&str; 4] = ["name", "seed", "max_cells", "decoded_frames_mb"];
-
-const SECTIONS: &[&str] = &["experiment", "volume", "codec", "pipeline", "scene"];
-
 impl Document {
-    /// Reads and checks the whole configuration. Environment variables in paths are left as they are.
+    /// Reads and checks the whole configuration. Environment variables in paths are not expanded.
     ///
     /// # Errors
     /// When a key, type, value or name is wrong, a table is missing, or a name is given twice.
     pub fn experiment(&self, known: &Known<'_>) -> Result<Experiment, InvalidExperiment> {
         let root = Fields::open("the configuration", &self.root).map_err(|e| InvalidExperiment(vec![e]))?;
         let mut problems = Problems::default();
+        let configuration = keys::configuration(known);
+        let sections = configuration.names();
         for entry in root.entries() {
-            if !SECTIONS.contains(&entry.key.as_str()) {
-                problems.0.push(root.unknown_key(entry, SECTIONS));
+            if !sections.contains(&entry.key.as_str()) {
+                problems.0.push(root.unknown_key(entry, &sections));
             }
         }
         let experiment = problems.keep(
             section(&root, "experiment", "name = \"compare\"")
-                .and_then(|node| Fields::of("the experiment", node, &EXPERIMENT_KEYS))
+                .and_then(|node| Fields::of("the experiment", node, &keys::experiment().names()))
                 .and_then(|fields| {
                     let name = name_of(&fields, "name = \"compare\"")?;
                     let seed = fields.optional("seed", |n| n.integer(0, i64::MAX, "an integer from 0"))?;
@@ -114,7 +97,7 @@ impl Document {
 
         problems.distinct_names("volume", volumes.iter().map(|(node, v)| (*node, v.name.as_str())));
         problems.distinct_names("scene", scenes.iter().map(|(node, s)| (*node, s.name.as_str())));
-        // With a broken volume or scene left out, references could not be told from mistakes.
+        // If a volume or scene failed, a correct reference to it would look wrong.
         if problems.0.is_empty() {
             problems.scene_volumes(&volumes, &scenes);
         }
@@ -141,7 +124,7 @@ impl Document {
     }
 }
 
-/// The error for more cells than are allowed, at the limit where one is written.
+/// The error for too many cells. It points at the limit, if the configuration has one.
 fn too_many(root: &Fields<'_>, problem: &TooManyCells) -> Diagnostic {
     let TooManyCells { cells, allowed } = problem;
     let message = format!("the experiment has {cells} cells, and {allowed} are allowed");
@@ -162,7 +145,7 @@ fn values<T>(tables: Vec<(&Node, T)>) -> Vec<T> {
     tables.into_iter().map(|(_, value)| value).collect()
 }
 
-/// A table of the configuration that must be there.
+/// A required table of the configuration.
 fn section<'a>(root: &Fields<'a>, name: &str, example: &str) -> Result<&'a Node, Diagnostic> {
     let node = root.get(name).ok_or_else(|| missing_section(root, &format!("[{name}]"), example))?;
     match node.value {
@@ -175,13 +158,13 @@ fn section<'a>(root: &Fields<'a>, name: &str, example: &str) -> Result<&'a Node,
     }
 }
 
-/// The error for a section that the configuration lacks; `example` has lines that would do.
+/// The error for a missing section. `example` holds lines that would work.
 fn missing_section(root: &Fields<'_>, header: &str, example: &str) -> Diagnostic {
     root.error(format!("the configuration has no `{header}`"), "none in this file")
         .with_note(format!("add, for instance,\n{header}\n{example}"))
 }
 
-/// A name: a non-empty string without control characters, for it stands in records and file names.
+/// A name: a non-empty string without control characters. Records and file names contain it.
 fn name_of(fields: &Fields<'_>, example: &str) -> Result<String, Diagnostic> {
     let node = fields.require("name", example)?;
     let name = node.text()?;
@@ -191,7 +174,7 @@ fn name_of(fields: &Fields<'_>, example: &str) -> Result<String, Diagnostic> {
     Ok(name.to_owned())
 }
 
-/// A path of a file that exists when it is read, not when it is parsed.
+/// A path of a file. The file need not exist during parsing.
 fn path(file: &Node) -> Result<FilePath, Diagnostic> {
     FilePath::new(file.text()?).map_err(|e| {
         file.error(e.to_string(), "not a path")
@@ -208,7 +191,7 @@ impl Problems {
         result.map_err(|e| self.0.push(e)).ok()
     }
 
-    /// Reads a list of tables, `[[name]]`; those that fail leave an error behind.
+    /// Reads a list of tables, `[[name]]`. Each table that fails adds an error.
     fn tables<'a, T>(
         &mut self,
         root: &Fields<'a>,
@@ -229,7 +212,7 @@ impl Problems {
         nodes.iter().filter_map(|node| self.keep(read(node)).map(|value| (node, value))).collect()
     }
 
-    /// Names become file names, and some file systems hold `A` and `a` for one.
+    /// Names become file names, and some file systems do not distinguish `A` and `a`.
     fn distinct_names<'a>(&mut self, what: &str, tables: impl Iterator<Item = (&'a Node, &'a str)>) {
         let place = |node: &Node| {
             let name = Fields::open(what, node).ok().and_then(|f| f.get("name"));

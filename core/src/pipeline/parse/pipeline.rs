@@ -1,28 +1,20 @@
-//! `[pipeline]`: axes that every renderer has, and settings of the renderers that are named.
+//! `[pipeline]`: axes that every renderer has, and settings of the named renderers.
 
 use std::collections::HashSet;
 
 use super::super::config::{PipelineAxes, Sweep};
 use super::super::document::{Entry, Node, Value};
+use super::super::keys::{self, ALL_STAGES, MOST_RESOLUTION, MOST_STAGES};
 use super::super::read::Fields;
 use super::{Known, settings};
 use crate::codec::{Setting, Site};
 use crate::diagnostic::Diagnostic;
 use crate::render::{Filter, RendererInfo};
 
-/// Keys whatever the renderer.
-const KEYS: [&str; 6] = ["renderer", "site", "filter", "skipping", "stages", "resolution"];
-
-/// Word for all stages of a stream.
-pub(in super::super) const ALL_STAGES: &str = "all";
-/// Most stages that can be asked for.
-pub(in super::super) const MOST_STAGES: i64 = 254;
 const STAGES: &str = "an integer from 1 to 254, or \"all\"";
-/// Highest resolution that can be asked for: beyond it no axis is longer than one voxel.
-pub(in super::super) const MOST_RESOLUTION: i64 = 32;
 const RESOLUTION: &str = "an integer from 0 to 32";
 
-/// `max_cells` bounds what settings of a renderer are multiplied out to.
+/// `max_cells` bounds the number of combinations of a renderer's settings.
 pub(super) fn read(
     node: &Node,
     known: &Known<'_>,
@@ -32,7 +24,7 @@ pub(super) fn read(
     let fields = Fields::open("the pipeline", node)?;
     let named = match fields.get("renderer") {
         Some(node) => named(node, known)?,
-        // Which renderer is meant, that must be said first; unless its key is mistyped.
+        // Without `renderer`, only a mistyped key is reported before the missing one.
         None => known.renderers.to_vec(),
     };
     check_keys(&fields, &named, known)?;
@@ -65,7 +57,7 @@ pub(super) fn read(
     })
 }
 
-/// How many stages are decoded; `None` for all.
+/// Number of stages to decode. `None` for all.
 fn stages(node: &Node) -> Result<Option<u8>, Diagnostic> {
     match &node.value {
         Value::Text(text) if text == ALL_STAGES => Ok(None),
@@ -88,13 +80,14 @@ fn named(node: &Node, known: &Known<'_>) -> Result<Vec<&'static RendererInfo>, D
     Ok(named.into_iter().filter_map(is_named).collect())
 }
 
-/// Refuses the first key that neither the pipeline nor a named renderer has.
+/// Refuses the first key that belongs neither to the pipeline nor to a named renderer.
 fn check_keys(
     fields: &Fields<'_>,
     named: &[&'static RendererInfo],
     known: &Known<'_>,
 ) -> Result<(), Diagnostic> {
-    let mut keys = KEYS.to_vec();
+    let axes = keys::axes(Vec::new());
+    let mut keys: Vec<&str> = axes.iter().map(|key| key.name.as_str()).collect();
     for setting in named.iter().flat_map(|info| info.settings) {
         if !keys.contains(&setting.name) {
             keys.push(setting.name);
@@ -115,7 +108,7 @@ fn setting_of<'a>(info: &'a RendererInfo, entry: &Entry) -> Option<&'a Setting> 
     info.settings.iter().find(|setting| setting.name == entry.key)
 }
 
-/// The labels of a renderer under all values of those of its settings that are written.
+/// The labels of a renderer under all values of its settings in the configuration.
 fn labels(
     fields: &Fields<'_>,
     info: &RendererInfo,

@@ -1,4 +1,4 @@
-//! Settings of codecs and renderers, held to the schemas that these bring.
+//! Settings of codecs and renderers, checked against their schemas.
 
 use std::collections::HashSet;
 
@@ -7,8 +7,8 @@ use super::super::document::{Entry, Node, Value};
 use crate::codec::{Setting, SettingValue};
 use crate::diagnostic::Diagnostic;
 
-/// One value, or a list of values to try, of a setting; errors call `owner` whose it is ("codec `s3dc`"). Equal values
-/// count once, which a note says.
+/// Reads one value of a setting, or a list of values to try. Errors name the `owner` ("codec `s3dc`"). Equal values
+/// count once, with a note.
 pub(super) fn sweep(
     entry: &Entry,
     setting: &Setting,
@@ -31,7 +31,7 @@ pub(super) fn sweep(
     let mut again: Vec<String> = Vec::new();
     for node in nodes {
         let value = value(node, setting, owner)?;
-        // Canonical values of one setting are equal where their texts are.
+        // Canonical values of one setting are equal if their texts are.
         if seen.insert(value.to_string()) {
             values.push(value);
         } else {

@@ -3,37 +3,16 @@
 use super::super::config::{ByteOrder, RawLayout, Volume, VolumeSource};
 use super::super::document::Node;
 use super::super::file_path::FilePath;
+use super::super::keys::volume::{self, DEFAULT_EDGE, RAW_NEEDS};
 use super::super::read::{Fields, unknown};
 use super::{Known, name_of, path};
 use crate::diagnostic::Diagnostic;
 use crate::volume::{Extent, SampleType, StoredType};
 
-/// Keys of a volume.
-pub(in super::super) const VOLUME_KEYS: &[&str] = &[
-    "name",
-    "file",
-    "files",
-    "generate",
-    "dims",
-    "frames",
-    "channels",
-    "dtype",
-    "byte_order",
-    "spacing",
-    "skip_bytes",
-];
-
-/// Keys of volumes from files that a generated one has no use for.
-const FILE_KEYS: [&str; 4] = ["channels", "byte_order", "spacing", "skip_bytes"];
-
-/// Keys that describe a headerless file: with one of them, all that are required must be there.
-const RAW_KEYS: [&str; 6] = ["dims", "frames", "channels", "dtype", "byte_order", "skip_bytes"];
-
-/// Voxels along each axis of a generated volume, unless the configuration says otherwise.
-const DEFAULT_EDGE: u32 = 64;
-
 pub(super) fn read(node: &Node, known: &Known<'_>) -> Result<Volume, Diagnostic> {
-    let fields = Fields::of("the volume", node, VOLUME_KEYS)?;
+    let keys = volume::names();
+    let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+    let fields = Fields::of("the volume", node, &keys)?;
     let name = name_of(&fields, "name = \"bonsai\"")?;
     let what = format!("volume `{name}`");
     let fields = Fields::open(&what, node)?;
@@ -69,7 +48,7 @@ fn generated_source(
     if !known.generators.contains(&generator) {
         return Err(unknown(&generate.place, "generator", generator, known.generators));
     }
-    if let Some(entry) = FILE_KEYS.iter().find_map(|key| fields.entry(key)) {
+    if let Some(entry) = volume::of_files_alone().iter().find_map(|key| fields.entry(key)) {
         let message = format!("`{}` describes a file; this volume is generated", entry.key);
         return Err(Diagnostic::new(message, entry.place.clone(), "has no meaning here")
             .with_note("remove this line, or read the volume with `file`"));
@@ -83,7 +62,7 @@ fn generated_source(
     })
 }
 
-/// The files of `files`, at least one. One may be listed twice: its frames are then shown twice.
+/// The files of `files`, at least one. A file may be listed twice; its frames then appear twice.
 fn sequence(list: &Node) -> Result<Vec<FilePath>, Diagnostic> {
     let items = list.list("a list of paths")?;
     if items.is_empty() {
@@ -96,7 +75,7 @@ fn sequence(list: &Node) -> Result<Vec<FilePath>, Diagnostic> {
 
 fn file_source(fields: &Fields<'_>, files: Vec<FilePath>) -> Result<VolumeSource, Diagnostic> {
     let spacing = fields.optional("spacing", spacing)?;
-    if !RAW_KEYS.iter().any(|key| fields.get(key).is_some()) {
+    if !RAW_NEEDS.iter().any(|(key, _)| fields.get(key).is_some()) {
         return Ok(VolumeSource::File { files, raw: None, spacing });
     }
     let byte_orders = [ByteOrder::Little, ByteOrder::Big].map(|order| (order.name(), order));

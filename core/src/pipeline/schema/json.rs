@@ -8,12 +8,11 @@ use value::Json;
 
 /// A name is not blank and holds no control characters.
 const NAME: &str = r"^[^\x00-\x1f\x7f]*[^\s\x00-\x1f\x7f][^\x00-\x1f\x7f]*$";
-/// A path is not empty, and what begins with `${` is the name of a variable in braces.
+/// A path is not empty. If it begins with `${`, the name of a variable and a brace follow.
 const PATH: &str = r"^([^$]|\$[^{]|\$\{[A-Za-z0-9_]+\})+\$?$|^\$$";
 const COLOUR: &str = "^#[0-9a-fA-F]{6}$";
 const COLOUR_AND_OPACITY: &str = "^#([0-9a-fA-F]{6}|[0-9a-fA-F]{8})$";
-/// An edge, or three lengths of axes. Their upper bound is not the pattern's.
-/// One line.
+/// A block: one edge, or three. The pattern does not check the upper bound. One line.
 const LINE: &str = r"^[^\u0000-\u001f\u007f-\u009f]*$";
 const BLOCK: &str = r"^\s*0*[1-9][0-9]*\s*(x\s*0*[1-9][0-9]*\s*x\s*0*[1-9][0-9]*\s*)?$";
 
@@ -61,7 +60,7 @@ fn table(table: &Table) -> Json {
     schema
 }
 
-/// A pipeline whose `renderer` names one of these.
+/// A pipeline whose `renderer` names one of these renderers.
 fn names_one_of(renderers: &[String]) -> Json {
     let renderers =
         Json::object().with("enum", Json::List(renderers.iter().map(|r| r.as_str().into()).collect()));
@@ -70,7 +69,7 @@ fn names_one_of(renderers: &[String]) -> Json {
     Json::object().with("properties", Json::object().with("renderer", either))
 }
 
-/// A named transfer function lies over the range; of control points over the range, the values do.
+/// A named transfer function lies over the range. For control points over the range, the values do.
 fn transfer_domain() -> Json {
     let only = |key: &str, schema: Json| {
         Json::object()
@@ -167,7 +166,7 @@ fn shape(of: &Shape) -> Json {
     }
 }
 
-/// A bound at the end of 64 bits says no more than the type, and readers that count in doubles would round it.
+/// A bound at the end of 64 bits adds nothing to the type, and readers that use doubles would round it.
 fn integer(min: i64, max: i64) -> Json {
     let schema = Json::object().with("type", "integer").with("minimum", min);
     if max == i64::MAX { schema } else { schema.with("maximum", max) }

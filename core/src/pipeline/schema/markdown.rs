@@ -97,12 +97,12 @@ fn inner(shape: &Shape) -> Option<&Table> {
     }
 }
 
-/// Text that does not end a cell of a table.
+/// Escapes text so that it does not end a cell of the table.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('\n', " ")
 }
 
-/// What may be written, in words.
+/// The allowed values, in words.
 fn value(shape: &Shape) -> String {
     match shape {
         Shape::Name => "a name".to_owned(),
@@ -144,7 +144,7 @@ fn tuple(items: &[Shape]) -> String {
 
 fn limits(bounds: Bounds) -> String {
     let mut limits = Vec::new();
-    // The ends of single precision are no bound that anyone meets.
+    // Bounds at the ends of single precision are not shown.
     let is_met = |limit: &f64| limit.abs() < 1e30;
     limits.extend(bounds.min.filter(is_met).map(|min| format!("from {min}")));
     limits.extend(bounds.above.map(|above| format!("above {above}")));

@@ -9,7 +9,7 @@ use super::super::tests::{EXAMPLE, known, registry};
 use super::{json_schema, markdown};
 use crate::diagnostic::Diagnostic;
 
-/// What no schema can say: errors of the parser in which these words stand.
+/// Errors of the parser that no schema can express contain these words.
 const BEYOND: [&str; 11] = [
     " are allowed",
     "a range of frames runs forwards",
@@ -24,7 +24,7 @@ const BEYOND: [&str; 11] = [
     "no volume is called",
 ];
 
-/// The document as an editor's validator sees it: numbers that JSON lacks are null there.
+/// The document as an editor's validator sees it. Numbers that JSON lacks become null.
 fn json(node: &Node) -> Json {
     match &node.value {
         Value::Boolean(b) => (*b).into(),
@@ -41,13 +41,13 @@ fn schema() -> Json {
     serde_json::from_str(&json_schema(&known(&registry()))).unwrap()
 }
 
-/// What the schema says against a document; empty when it has nothing to say.
+/// The schema's errors for a document. Empty if it is valid.
 fn complaints(document: &Document) -> Vec<String> {
     let validator = jsonschema::draft7::new(&schema()).unwrap();
     validator.iter_errors(&json(&document.root)).map(|e| format!("{}: {e}", e.instance_path())).collect()
 }
 
-/// Holds the schema to what the parser made of a document. Called for every text that a test of the parser reads.
+/// Compares the schema with the parser's result. Called for every text that a test parses.
 pub(in crate::pipeline) fn agrees(document: &Document, refused: Option<&[Diagnostic]>) {
     let complaints = complaints(document);
     match refused {
@@ -80,7 +80,7 @@ fn a_schema_that_is_too_narrow_is_noticed() {
     agrees(&Document::parse("x.toml", &EXAMPLE.replace("seed = 1", "sed = 1")).unwrap(), None);
 }
 
-/// The keys that the parser names when it meets one that it does not know.
+/// The keys that the parser lists when it meets an unknown one.
 fn known_to_parser(text: &str) -> BTreeSet<String> {
     let registry = registry();
     let document = Document::parse("x.toml", text).unwrap();
@@ -134,7 +134,7 @@ fn both_know_the_same_keys() {
 /// A configuration into which a line is put.
 type WithLine = Box<dyn Fn(&str) -> String>;
 
-/// The tables of the schema, each with a configuration that holds it and into which a line can be put.
+/// The tables of the schema. Each has a configuration with that table, into which a line can be inserted.
 fn tables() -> Vec<(&'static str, WithLine)> {
     let replaced = |from: &'static str, before: &'static str, after: &'static str| -> WithLine {
         Box::new(move |line| EXAMPLE.replacen(from, &format!("{before}{line}{after}"), 1))
@@ -165,7 +165,7 @@ fn tables() -> Vec<(&'static str, WithLine)> {
     ]
 }
 
-/// A default that is written changes nothing, and the default of every key is checked so or in the codec's schema.
+/// Writing a default changes nothing. The default of every key is checked here or in the codec's schema.
 #[test]
 fn defaults_are_those_of_the_parser() {
     let registry = registry();
@@ -180,7 +180,7 @@ fn defaults_are_those_of_the_parser() {
         for (key, property) in schema.pointer(pointer).unwrap()["properties"].as_object().unwrap() {
             let Some(default) = property.get("default") else { continue };
             let (mut plain, mut written) = (read(&text("")), read(&text(&format!("{key} = {default}"))));
-            // A setting that is written is listed, whatever its value: what it completes to counts.
+            // A written setting is listed even if it has its default. So completed settings are compared.
             for sweep in plain.codecs.iter_mut().chain(&mut written.codecs) {
                 let info = registry.get(&sweep.id).unwrap().info().clone();
                 sweep.sweeps.retain(|s| s.values != [default_of(&info, &s.name)]);

@@ -1,4 +1,4 @@
-//! What is read, and the defaults.
+//! Accepted configurations, and the defaults.
 
 use super::*;
 use crate::codec::SettingValue;

@@ -1,4 +1,4 @@
-//! A shipped configuration drawn over another volume. That all of them resolve is tested where the codecs are.
+//! Drawing a shipped configuration over another volume. Tests in the application check that all configurations resolve.
 
 use super::*;
 use crate::pipeline::{Capabilities, resolve};

@@ -1,4 +1,4 @@
-//! Tests of the whole way from text to cells. What codecs there are is mimicked here: core knows none.
+//! Tests from text to cells. Core has no codecs, so these tests declare some.
 
 mod accepted;
 mod configs;
@@ -139,8 +139,8 @@ const SLICING: RendererInfo = RendererInfo {
     layers: Some(&[("geometry", "axis")]),
 };
 
-/// Reads a configuration with overrides; the error is the text that a user would see. The schema for editors is held to
-/// what comes out.
+/// Reads a configuration with overrides. The error is the text that a user would see. The result is also compared with
+/// the schema.
 fn read(text: &str, overrides: &[&str]) -> Result<Experiment, String> {
     let registry = registry();
     let mut document = Document::parse("x.toml", text).map_err(|e| e.to_string())?;
@@ -158,7 +158,7 @@ fn edited(from: &str, to: &str) -> String {
     EXAMPLE.replace(from, to)
 }
 
-/// The errors of the example, each with one piece replaced.
+/// The errors of the example after each replacement.
 fn errors(edits: &[(&str, &str)]) -> String {
     let error = |(from, to): &(&str, &str)| {
         read(&edited(from, to), &[]).expect_err(&format!("{to:?} in place of {from:?} was accepted"))

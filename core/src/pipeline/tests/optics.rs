@@ -1,4 +1,4 @@
-//! Shading, clip box, opacity of colours, frames and named transfer functions: what is read, and the text of every
+//! Shading, clip box, opacity of colours, frames and named transfer functions: accepted values, and the text of every
 //! error.
 
 use super::*;
@@ -8,7 +8,7 @@ use crate::pipeline::{FrameRange, Scene, SceneError, SceneOpacity, TransferDomai
 use crate::render::{ClipBox, ColourOpacity, Filter, Light, OpacityTable, Preset, Shading};
 use crate::volume::ValueRange;
 
-/// The scene of the example with these lines in place of its step.
+/// The scene of the example, with these lines instead of its step.
 fn scene(lines: &str) -> Scene {
     read(&edited("step_voxels = 0.5", lines), &[]).unwrap_or_else(|e| panic!("{e}")).scenes.remove(0)
 }

@@ -1,4 +1,4 @@
-//! The text of every error that a mistyped configuration meets: volumes and codecs.
+//! The text of every error about volumes and codecs.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Numbers of stages, and resolutions, that are none.
+//! Invalid numbers of stages, and invalid resolutions.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! The text of every error that a mistyped configuration meets: the pipeline and scenes.
+//! The text of every error about the pipeline and scenes.
 
 use super::*;
 

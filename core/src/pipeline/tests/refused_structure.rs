@@ -1,4 +1,4 @@
-//! The text of every error that a mistyped configuration meets: syntax, keys and tables.
+//! The text of every error about syntax, keys and tables.
 
 use super::*;
 
@@ -91,7 +91,7 @@ fn unknown_keys() {
     7 │ path = "$CVR_DATA/bonsai.nrrd"      # or generate = "shepp-logan", dims = [128, 128, 128]
       │ ^^^^ unknown key
       │
-      = known keys: name, file, files, generate, dims, frames, channels, dtype, byte_order, spacing, skip_bytes
+      = known keys: name, file, files, generate, dims, dtype, frames, channels, byte_order, skip_bytes, spacing
 
     error: the configuration has no key `pipelines`
        ┌─ x.toml:16:2
@@ -202,7 +202,7 @@ fn every_table_reports_its_first_error() {
     assert_eq!(errors.0.len(), 3, "{errors}");
 }
 
-/// A broken generator of configurations makes one error a thousand times.
+/// A broken script may cause one error a thousand times.
 #[test]
 fn the_first_errors_are_shown_and_the_others_counted() {
     let shown =

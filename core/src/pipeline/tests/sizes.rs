@@ -1,9 +1,9 @@
-//! How many cells an experiment may have.
+//! Limits on the number of cells.
 
 use super::*;
 use crate::pipeline::{Capabilities, Experiment, resolve};
 
-/// The example with one codec whose block and index bits are lists of so many values.
+/// The example with one codec. Its block and index bits are lists of these lengths.
 fn sweep(blocks: u32, bits: usize) -> String {
     let blocks: Vec<String> = (0..blocks).map(|i| format!("\"{}x{}x2\"", i % 64 + 1, i / 64 + 1)).collect();
     let bits = &["1", "2", "4", "8"][..bits];
@@ -48,7 +48,7 @@ fn more_cells_than_are_allowed_are_refused_with_the_way_out() {
       = they are volumes × settings of codecs × scenes × renderers × sites × filters × skipping × stages × resolutions
       = shorten a list, or write a larger number as `max_cells` of `[experiment]`; in place of it, `--set experiment.max_cells=N`
     ");
-    // Without a limit of its own, the section is shown.
+    // The configuration has no limit of its own, so the error shows the section.
     let scenes: String =
         (0..4).map(|i| format!("[[scene]]\nname = \"s{i}\"\ntransfer_function = \"ramp\"\n")).collect();
     let refused = read(&format!("{}{scenes}", sweep(2048, 4)), &[]).unwrap_err();

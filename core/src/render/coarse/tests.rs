@@ -13,7 +13,8 @@ fn view(projection: Projection) -> View {
     View { camera, ..View::new(TransferFunction::new(vec![point(0.0), point(1.0)]).unwrap()) }
 }
 
-/// A ramp that a resolution keeps: at its voxel centres, in voxels of the volume.
+/// A ramp that every resolution represents exactly: its values at the voxel centres of a resolution, in voxels of the
+/// volume.
 fn ramp(volume: &VolumeLayout, resolution: u8, shift: f32) -> DecodedFrame {
     let layout = volume.at_resolution(resolution);
     let scale = Level::scale(resolution) as f32;
@@ -63,7 +64,7 @@ fn the_box_is_that_of_the_volume_and_not_of_the_voxels() {
     assert_eq!(view(Projection::Perspective).at_resolution(&volume, 0), view(Projection::Perspective));
 }
 
-/// Between the outermost centres a ramp comes back; and a level that lies half a voxel off is told from it.
+/// Between the outermost centres, upsampling restores a ramp. A level that is shifted by half a voxel does not.
 #[test]
 fn a_ramp_is_brought_back_to_the_volumes_voxels() {
     for (size, resolution) in [([13, 6, 9], 1), ([12, 8, 16], 2), ([5, 3, 7], 1)] {

@@ -1,4 +1,4 @@
-//! Ranges of decoders that are mimicked here, level by level.
+//! Ranges of a fake decoder, level by level.
 
 use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
@@ -8,7 +8,7 @@ use crate::codec::{BlockFormat, Resource, WgslModule};
 use crate::render::ControlPoint;
 use crate::volume::{ReferenceFrames, SampleType, VolumeLayout};
 
-/// Decodes to a function of level and voxel.
+/// Decodes a function of level and voxel.
 struct Fake {
     layout: VolumeLayout,
     value: fn(Level, [u32; 3]) -> f32,
@@ -91,7 +91,7 @@ impl ShaderDecode for Fake {
     }
 }
 
-/// Shows what lies above 1.
+/// Shows values above 1.
 fn above_one() -> TransferFunction {
     let point = |value, alpha| ControlPoint { value, rgba: [1.0, 1.0, 1.0, alpha] };
     TransferFunction::new(vec![point(0.0, 0.0), point(1.0, 0.0), point(1.0, 1.0), point(2.0, 1.0)]).unwrap()
@@ -135,7 +135,7 @@ fn what_is_no_number_is_never_skipped() {
     }
 }
 
-/// Later terms and finer voxels may show what earlier and coarser ones do not, and the other way round.
+/// Later stages and finer voxels may show more or less than earlier and coarser ones.
 #[test]
 fn ranges_are_those_of_the_level() {
     let fake = Fake::new([40, 17, 9], |level, [x, _, _]| match (level.resolution, level.stages) {
@@ -164,16 +164,16 @@ fn ranges_hold_what_a_shader_may_make_of_them() {
     let ulp = f64::from(f32::EPSILON);
     let plain = Fake::new([8, 8, 8], |_, _| 1.0);
     assert!((slack(&plain) - 16.0 * ulp).abs() < ulp);
-    // The shader is held to the range that the codec knows, which may be far wider than the macrocell's own.
+    // The shader's tolerance depends on the codec's range, which may be far wider than the macrocell's own.
     let known = Some(ValueRange { min: 0.0, max: 1024.0 });
     let loose = Fake { known, agreement: Some(Agreement::Ulp(4)), ..Fake::new([8, 8, 8], |_, _| 1.0) };
     assert!(slack(&loose) >= 4.0 * 1024.0 * ulp);
     let exact = Fake { known, agreement: Some(Agreement::Exact), ..Fake::new([8, 8, 8], |_, _| 1.0) };
     assert!((slack(&exact) - 16.0 * ulp).abs() < ulp);
-    // What is stored as a share of −32768..32767 cancels when the offset is added.
+    // Values stored as fractions of −32768..32767 cancel when the offset is added.
     let form = DecodedForm { format: TexelFormat::Unorm16, scale: 65535.0, offset: -32768.0 };
     assert!(slack(&Fake { form, ..Fake::new([8, 8, 8], |_, _| 1.0) }) >= 32768.0 * ulp);
-    // Nothing is rounded of a zero: air stays air.
+    // A zero is not rounded: air stays air.
     let form = DecodedForm { format: TexelFormat::Unorm8, scale: 255.0, offset: 0.0 };
     let air = Fake { form, agreement: Some(Agreement::Ulp(4)), ..Fake::new([8, 8, 8], |_, _| 0.0) };
     assert_eq!(air.ranges(Level::FULL).range([0; 3]), Some(ValueRange { min: 0.0, max: 0.0 }));
@@ -185,14 +185,14 @@ fn ranges_hold_what_a_texture_unit_may_make_of_blocks() {
         let fake = Fake { blocks, ..Fake::new([8, 8, 8], value) };
         fake.ranges(Level::FULL).range([0; 3]).unwrap()
     };
-    // Two of 255 codes, and 0.0265 of what a block can hold: of everything, or of what the codec knows.
+    // Two of 255 codes, and 0.0265 of a block's span: of the whole range, or of the range that the codec knows.
     let inside = range(|_, _| 100.0, Some((510.0, -10.0)));
     assert!((82.485 - inside.min).abs() < 0.01 && (inside.max - 117.515).abs() < 0.01, "{inside:?}");
     let known = Some(ValueRange { min: 50.0, max: 150.0 });
     let fake = Fake { blocks: Some((510.0, -10.0)), known, ..Fake::new([8, 8, 8], |_, _| 100.0) };
     let inside = fake.ranges(Level::FULL).range([0; 3]).unwrap();
     assert!((93.35 - inside.min).abs() < 0.01 && (inside.max - 106.65).abs() < 0.01, "{inside:?}");
-    // Texels never leave 0..1, and of a block of zeros none is anything else.
+    // Texels never leave 0..1, and a block of zeros contains only zeros.
     let border = range(|_, p| if p[0] == 0 { -9.0 } else { 499.0 }, Some((510.0, -10.0)));
     assert!((border.min + 10.0).abs() < 0.01 && (border.max - 500.0).abs() < 0.01, "{border:?}");
     let air = range(|_, _| 0.0, Some((510.0, 0.0)));

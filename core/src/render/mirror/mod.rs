@@ -1,5 +1,5 @@
-//! The shader modules that renderers share, on the CPU: same functions, same names, same order of arithmetic, in
-//! single precision. The mirrors of the renderers are built on it; together they define the golden images.
+//! The shared shader modules on the CPU: same functions, same names, same order of operations, in single precision. The
+//! mirrors of the renderers use it. Together they define the golden images.
 
 mod filter;
 mod rays;
@@ -15,7 +15,7 @@ pub use rays::{Crossing, Ray};
 use super::uniforms::{ColourUniform, LightingUniform};
 use super::{ColourOpacity, Image, RayFrame, RenderError, View, Voxels};
 
-/// A view of a volume, as its shader would see it.
+/// A view of a volume, with the values that its shader would read.
 pub struct Mirror<'a> {
     view: &'a View,
     voxels: &'a dyn Voxels,
@@ -33,7 +33,7 @@ impl std::fmt::Debug for Mirror<'_> {
 }
 
 impl<'a> Mirror<'a> {
-    /// Prepares what is the same for all pixels.
+    /// Prepares the values that all pixels share.
     #[must_use]
     pub fn new(view: &'a View, voxels: &'a dyn Voxels) -> Self {
         let layout = voxels.layout();
@@ -55,7 +55,7 @@ impl<'a> Mirror<'a> {
         &self.rays
     }
 
-    /// Fills an image, rows in parallel: `colour` yields the premultiplied RGBA of a pixel.
+    /// Fills an image, rows in parallel. `colour` returns the premultiplied RGBA of a pixel.
     ///
     /// # Errors
     /// The first that `colour` meets.
@@ -77,7 +77,7 @@ impl<'a> Mirror<'a> {
         })
     }
 
-    /// Colour and opacity per voxel length at a point, seen along a ray: `optical` of `shaders/optics`.
+    /// Colour and opacity per voxel length at a point, for a ray's direction: `optical` of `shaders/optics`.
     ///
     /// # Errors
     /// When a voxel cannot be read.
@@ -118,13 +118,13 @@ impl<'a> Mirror<'a> {
     }
 }
 
-/// Opacity of a piece of ray `length` voxels long, from that of one voxel length: `shaders/classify/opacity.wgsl`.
+/// Opacity of a piece of ray, `length` voxels long, from the opacity per voxel length: `shaders/classify/opacity.wgsl`.
 #[must_use]
 pub fn opacity_over(alpha: f32, length: f32) -> f32 {
     1.0 - transparency(alpha).powf(length)
 }
 
-/// 1 − α of one voxel length; α stays below 1, or the power of zero would hide every later change.
+/// 1 − α per voxel length. α stays below 1, else a power of zero would hide later differences.
 #[must_use]
 pub fn transparency(alpha: f32) -> f32 {
     1.0 - alpha.min(0.99999)

@@ -1,13 +1,13 @@
-//! `shaders/view/view.wgsl` and `shaders/camera`: the ray of a pixel, and where it crosses the drawn box.
+//! `shaders/view/view.wgsl` and `shaders/camera`: the ray of a pixel, and its crossing of the drawn box.
 
 use glam::Vec3;
 
 use super::Mirror;
 
-/// Directions smaller than this count as this, lest a ray along an axis divide by zero.
+/// Smallest magnitude of a direction's component. It prevents division by zero for a ray along an axis.
 const TINY: f32 = 1e-9;
 
-/// A ray in voxel coordinates; its direction has unit length in the world.
+/// A ray in voxel coordinates. Its direction has unit length in the world.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Ray {
     /// Start.
@@ -16,7 +16,7 @@ pub struct Ray {
     pub direction: Vec3,
 }
 
-/// The part of a ray within the drawn box, in voxel lengths from its origin; empty where `far <= near`.
+/// The part of a ray within the drawn box, in voxel lengths from its origin. Empty if `far <= near`.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Crossing {
     /// Where it enters, at least 0.
@@ -36,7 +36,7 @@ impl Mirror<'_> {
         Ray { origin, direction: direction / (direction * rays.voxel_size).length() }
     }
 
-    /// Where a ray crosses the drawn box.
+    /// The part of a ray within the drawn box.
     #[must_use]
     pub fn crossing(&self, ray: &Ray) -> Crossing {
         let tiny = ray.direction.abs().cmplt(Vec3::splat(TINY));

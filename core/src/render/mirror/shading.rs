@@ -7,7 +7,8 @@ use crate::render::RenderError;
 use crate::render::uniforms::LightingUniform;
 
 impl Mirror<'_> {
-    /// Change of the height (the value, or what of a colour decides) per voxel length along x, y, z of the world, by central differences one voxel apart.
+    /// Gradient of the height (the value, or for colours the number that the opacity depends on) per voxel length along
+    /// x, y, z of the world, by central differences one voxel apart.
     pub(super) fn gradient(&self, x: Vec3) -> Result<Vec3, RenderError> {
         let mut difference = Vec3::ZERO;
         for (axis, unit) in Vec3::AXES.into_iter().enumerate() {
@@ -17,7 +18,7 @@ impl Mirror<'_> {
     }
 }
 
-/// The colour that a surface across `gradient` shows, of a sample of colour `rgb`.
+/// The lit colour of a surface with normal `gradient`, for a sample of colour `rgb`.
 pub(super) fn blinn_phong(
     lighting: &LightingUniform,
     rgb: Vec3,
@@ -40,7 +41,7 @@ mod tests {
     use crate::render::{ControlPoint, Shading, TransferFunction, View};
     use crate::volume::{Extent, SampleType, VolumeLayout};
 
-    /// The colour of a surface in data that are all `scale` times as large.
+    /// The colour of a surface if all data are multiplied by `scale`.
     fn seen(scale: f32) -> Vec3 {
         let point = |value, alpha| ControlPoint { value, rgba: [1.0, 1.0, 1.0, alpha] };
         let view = View::new(TransferFunction::new(vec![point(0.0, 0.0), point(scale, 1.0)]).unwrap());

@@ -6,15 +6,15 @@ use super::{Mirror, Ray};
 use crate::render::Macrocells;
 
 impl Mirror<'_> {
-    /// Whether a point may show anything, by its macrocell; always, where nothing is skipped.
+    /// Whether the macrocell of a point may show anything. Always true without skipping.
     #[must_use]
     pub fn may_show(&self, x: Vec3) -> bool {
         let Some(macrocells) = self.view.skippable(self.voxels.layout()) else { return true };
         macrocells.shows(macrocell_at(macrocells, x).as_uvec3().to_array())
     }
 
-    /// The first sample from number `first` on that may show anything, of those that lie one step apart on the piece of
-    /// ray from `entry` to `end`: `next_sample` of the shaders.
+    /// The first sample, from number `first` on, that may show anything. Samples lie one step apart on the ray from
+    /// `entry` to `end`. `next_sample` of the shaders.
     #[must_use]
     pub fn next_sample(&self, first: u32, entry: &Ray, end: f32) -> u32 {
         let Some(macrocells) = self.view.skippable(self.voxels.layout()) else { return first };
@@ -35,16 +35,16 @@ impl Mirror<'_> {
     }
 }
 
-/// Voxels beyond the face of an empty macrocell up to which samples are skipped. A filter reads half a voxel further and
-/// stays within the apron. It also keeps rays that run along a face from meeting it at every sample.
+/// Samples are skipped up to this many voxels beyond the face of an empty macrocell. A filter reads half a voxel
+/// further and stays within the apron. The margin also prevents that a ray along a face tests it at every sample.
 const BEYOND: f32 = 0.25;
-/// Rays count as no slower than this along any axis, in voxels per voxel length, lest they divide by zero; what is slower
-/// gets less far.
+/// Smallest speed of a ray along an axis, in voxels per voxel length. It prevents division by zero. A slower ray skips
+/// fewer samples.
 const SLOWEST: f32 = 1e-9;
-/// Samples that are skipped at once: their number stays one that single precision counts.
+/// Most samples skipped at once. Single precision still counts this number.
 const MOST_AT_ONCE: f32 = 16_777_216.0;
 
-/// The macrocell that holds a point; one beyond the volume by rounding counts as inside.
+/// The macrocell that holds a point. A point that rounding moved outside the volume counts as inside.
 fn macrocell_at(macrocells: &Macrocells, x: Vec3) -> Vec3 {
     let last = Vec3::from_array(macrocells.grid().to_array().map(|n| n as f32 - 1.0));
     (x / Macrocells::EDGE as f32).floor().clamp(Vec3::ZERO, last)

@@ -1,7 +1,7 @@
 //! How a shader finds the segment of a value without a loop.
 
-/// How a shader finds the segment that a value lies in. What this says is structure and stands in the shader's text; the
-/// values themselves lie in buffers.
+/// How a shader finds the segment of a value. This is structure and part of the shader's text. The values are in
+/// buffers.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum SegmentSearch {
     /// It compares with every point; they lie in the view.
@@ -9,7 +9,7 @@ pub enum SegmentSearch {
         /// How many there are.
         points: u32,
     },
-    /// A guide of equal cells over the domain names the points that a cell may hold.
+    /// A guide of equal cells over the domain. Each cell names the points that it may contain.
     Guide {
         /// Whether they are up to three, and not one.
         wide: bool,
@@ -26,13 +26,13 @@ impl SegmentSearch {
     const EVERY: usize = 8;
     /// Cells that a guide may have.
     const CELLS: [usize; 3] = [1024, 4096, 8192];
-    /// A shader may round a value by less than this into the cell beside its own, in cells.
+    /// A shader's rounding moves a position by less than this, in cells.
     const APRON: f64 = 0.01;
-    /// Magnitude and width of the domains that a guide may have: within, a shader's position in cells cannot overflow or
-    /// vanish.
+    /// Limits on magnitude and width of a guide's domain. Within them, a shader's position in cells cannot overflow or
+    /// underflow.
     const MAGNITUDE: f32 = 1e37;
     const WIDTH: f64 = 1e-30;
-    /// The last segment that a tree may name, which is that beyond all points.
+    /// The last segment that a tree may name: the one beyond all points.
     pub const TREE_END: usize = super::TransferFunction::MAX_POINTS + 1;
 
     /// The cheapest for these values, which do not decrease.
@@ -52,7 +52,7 @@ impl SegmentSearch {
         Self::Tree { levels }
     }
 
-    /// The last segment that the search may name. Those beyond the last point are all alike.
+    /// The last segment that the search may name. All segments beyond the last point are alike.
     pub(super) fn last_segment(self, points: usize) -> usize {
         match self {
             Self::Every { .. } => points,
@@ -101,7 +101,7 @@ impl SegmentSearch {
     }
 }
 
-/// Values in a tree of so many levels.
+/// Number of values in a tree with this many levels.
 const fn keys_of(levels: u32) -> usize {
     5_usize.pow(levels) - 1
 }
@@ -116,8 +116,8 @@ fn key(values: &[f32], i: usize) -> f32 {
     values[i.min(values.len() - 1)]
 }
 
-/// Of each cell how many values lie below it for certain, however its position is rounded; `None` where no guide has cells
-/// so small that none holds more values than it can name.
+/// For each cell, the number of values that certainly lie below it, under any rounding of the position. `None` if even
+/// the smallest cells would hold more values than a cell can name.
 fn guide(values: &[f32], wide: bool) -> Option<Vec<usize>> {
     let ends = [values[0], values[values.len() - 1]];
     let [first, last] = ends.map(f64::from);

@@ -36,7 +36,7 @@ fn coloured(values: impl IntoIterator<Item = f32>) -> TransferFunction {
     TransferFunction::new(values.into_iter().map(point).collect()).unwrap()
 }
 
-/// What the shader computes, from the table and the uniform that it reads.
+/// The shader's result, computed from the table and the uniform that it reads.
 fn by_table(f: &TransferFunction, value: f32) -> [f32; 4] {
     let (table, uniform) = (f.table(), f.search_keys());
     let texel = |i: usize, row: usize| table[row * (table.len() / TransferFunction::TABLE_ROWS) + i];
@@ -81,7 +81,7 @@ fn guided(
     if value >= b { (below + 1, [b, c]) } else { (below, [a, b]) }
 }
 
-/// Values at which a function could go wrong: its points, what lies next to them, between them, and beyond.
+/// Critical values of a function: its points, their neighbours, values between them and beyond.
 fn telling(f: &TransferFunction) -> Vec<f32> {
     let mut values = vec![f32::MIN, f32::MAX, 0.0, -0.0, f32::MIN_POSITIVE, -f32::MIN_POSITIVE];
     for pair in f.points().windows(2) {
@@ -94,13 +94,13 @@ fn telling(f: &TransferFunction) -> Vec<f32> {
     values
 }
 
-/// Functions of every kind, with the search that each is to have.
+/// Functions of every kind, with their expected search.
 fn kinds() -> Vec<(&'static str, TransferFunction, SegmentSearch)> {
     let every = |points| SegmentSearch::Every { points };
     let guide = |wide| SegmentSearch::Guide { wide };
     let tree = |levels| SegmentSearch::Tree { levels };
     let even = |n: u16| (0..n).map(move |i| f32::from(i) * 65535.0 / f32::from(n - 1));
-    // Each 1.1 times as far from 0 as the one before: most lie in one cell of any guide.
+    // Each value is 1.1 times the one before. Most lie in one cell of any guide.
     let growing = |n: i32| (0..n).map(move |i| 1e-8 * 1.1_f32.powi(i));
     let crowded = |n: u16| (0..n - 1).map(|i| f32::from(i) * 1e-3).chain([65535.0]);
     vec![
@@ -162,14 +162,14 @@ fn the_shader_reads_what_the_cpu_computes_with() {
     for (name, f, search) in kinds() {
         assert_eq!(f.search(), search, "{name}");
         let all = telling(&f);
-        // The table is large: some hundred values of each are enough.
+        // The table is large. Some hundred values of each function are enough.
         for &value in all.iter().step_by(1 + all.len() / 400) {
             assert_eq!(by_table(&f, value), f.classify(value), "{name} at {value:e}");
         }
     }
 }
 
-/// A shader may round a position in cells: the cells beside it lead to the same segment there.
+/// A shader may round a position in cells. The neighbouring cell leads to the same segment there.
 #[test]
 fn a_guide_holds_beside_the_border_of_its_cells() {
     for (name, f, search) in kinds() {
@@ -187,7 +187,7 @@ fn a_guide_holds_beside_the_border_of_its_cells() {
     }
 }
 
-/// 65536 labels have more steps than a function may have; each of 2048 neighbours has its own colour.
+/// 65536 labels have more steps than a function may have. Each of 2048 neighbouring labels has its own colour.
 #[test]
 fn labels_have_their_own_colours_and_no_neighbours() {
     for first in [0_u16, 30_000, 63_488] {
@@ -209,7 +209,7 @@ fn labels_have_their_own_colours_and_no_neighbours() {
             assert_eq!(f.is_transparent(alone), label % 2 == 0, "{label}");
         }
     }
-    // One label of 65536 shows, and its neighbours do not.
+    // One label of 65536 shows. Its neighbours do not.
     let one = function(&[
         (0.0, 0.0),
         (41_999.5, 0.0),
@@ -221,7 +221,7 @@ fn labels_have_their_own_colours_and_no_neighbours() {
     assert_eq!([41_999.0, 42_000.0, 42_001.0].map(|v| one.classify(v)[3]), [0.0, 1.0, 0.0]);
 }
 
-/// The failing twin: a table of equal entries, which this function was once.
+/// The failing twin: a table of equal entries, the former implementation.
 #[test]
 fn a_table_of_1024_entries_is_no_such_function() {
     let wrong = |f: &TransferFunction| {
@@ -264,7 +264,7 @@ fn what_is_transparent_shows_nothing_and_what_shows_is_not() {
     assert!(transparent(f32::MIN, -1.0) && !transparent(f32::MIN, f32::MAX));
 }
 
-/// Most transfer functions begin where something begins to show, and the air lies below.
+/// Most transfer functions begin at the first visible value. Air lies below.
 #[test]
 fn beyond_its_ends_a_function_is_what_it_is_there() {
     let window = function(&[(10.0, 0.0), (11.0, 1.0), (12.0, 0.0)]);
@@ -278,7 +278,7 @@ fn beyond_its_ends_a_function_is_what_it_is_there() {
     assert!(transparent(11.0, 11.0));
 }
 
-/// A range is transparent exactly where every value in it is, of functions whose values are few.
+/// A range is transparent exactly if every value in it is. Tested with few values.
 #[test]
 fn transparency_is_that_of_every_value() {
     let mut next = noise();

@@ -1,4 +1,4 @@
-//! The text of passes, their contract, and what is refused.
+//! The text of passes, their contract, and refusals.
 
 use super::*;
 use crate::codec::{Constant, ConstantValue, Resource, ScratchUse, TexelFormat, WgslModule};
@@ -114,7 +114,7 @@ fn the_packing_pass_reads_the_result() {
     }
 }
 
-/// Any template can take its voxels from a rebuilt frame; only the fast path of a snippet makes no sense there.
+/// Any template can take its voxels from a rebuilt frame. Only the fast path of a snippet is impossible.
 #[test]
 fn a_rebuilt_frame_is_a_source_like_others() {
     let (_, source) = generate_passes("toy", &passes(TURN), &layout(3), KEY, limits(5000)).unwrap();
@@ -182,7 +182,7 @@ fn everything_that_breaks_the_contract_is_refused() {
     assert!(error.contains("binding `toy_from_part0`") && error.contains("toy/turn.wgsl:5:"), "{error}");
     let error = problem(&passes(&TURN.replace("toy_from(id.x)", "pack4x8unorm(vec4<f32>())")));
     assert!(error.contains("`pack4x8unorm`") && error.contains("toy/turn.wgsl:5:"), "{error}");
-    // A comment that mentions what is forbidden harms nothing.
+    // A comment may mention forbidden words.
     generated(&passes(&format!("// @group pow\n/* var<private> x */\n{TURN}"))).unwrap();
 }
 

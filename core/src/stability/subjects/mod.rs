@@ -17,9 +17,9 @@ use crate::volume::{DenseVolume, FiniteVolume, FrameIndex};
 pub struct Subject {
     /// Name in records and on command lines.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// One line about the subject.
     pub doc: &'static str,
-    /// What the dial turns, with its unit.
+    /// Meaning of the dial, with its unit.
     pub dial: &'static str,
     /// Places of the dial, the easiest first.
     pub steps: &'static [f64],

@@ -1,4 +1,4 @@
-//! Blocks go into a texture and come back as the texture unit decodes them.
+//! Blocks are written to a texture and read back as the texture unit decodes them.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use cvr_core::volume::{SampleType, ValueRange};
 use super::*;
 use crate::testing::{lacking, test_device};
 
-/// A device that takes blocks, or a line that says that this one does not.
+/// A device that supports blocks. Else a line says that this one does not.
 fn capable(name: &str) -> Option<&'static Device> {
     let device = test_device(name)?;
     let takes = device.capabilities().blocks(BlockFormat::Bc4, 1);
@@ -23,9 +23,9 @@ fn layout(size: [u32; 3], channels: u32) -> VolumeLayout {
     VolumeLayout { channels, ..VolumeLayout::scalar(extent, SampleType::U8) }
 }
 
-/// Blocks whose endpoints are equal, so that all of a block has the value of its number, in tens.
+/// Blocks with equal endpoints: all voxels of a block have ten times its number.
 fn constant_blocks(layout: &VolumeLayout) -> Vec<u32> {
-    let blocks = block_bytes(BlockFormat::Bc4, layout.extent) / 8;
+    let blocks = BlockFormat::Bc4.bytes(layout.extent) / 8;
     (0..blocks as u32).flat_map(|block| [block % 25 * 10 * 0x101, 0]).collect()
 }
 
@@ -47,7 +47,7 @@ fn every_voxel_comes_from_its_block() {
             let block = (i / (x * y) * rows + i / x % y / 4) * columns + i % x / 4;
             (block % 25 * 10) as f32 * 2.0 - 4.0
         };
-        // In slabs of one row too.
+        // Also in chunks of one row.
         let small = device.with_binding_limits(BindingLimits { storage_words: 128, storage_buffers: 8 });
         for device in [device, &small] {
             let read = volume.read(device).unwrap();
@@ -59,7 +59,7 @@ fn every_voxel_comes_from_its_block() {
     }
 }
 
-/// All levels of all pairs of endpoints, each within what a texture unit is held to. Prints how far they are off.
+/// All levels of all pairs of endpoints, each within the texture unit's tolerance. Prints the largest differences.
 #[test]
 fn levels_are_within_the_tolerance() {
     let Some(device) = capable("block_texture::levels") else { return };

@@ -1,4 +1,4 @@
-//! Every form of texel, cut into slabs or whole.
+//! Every texel format, in chunks and as a whole.
 
 use cvr_core::codec::{Agreement, DecodeError, DecodedForm, Resource, ShaderDecode, TexelFormat, WgslModule};
 use cvr_core::shader::BindingLimits;
@@ -59,7 +59,7 @@ fn decode(device: &Device, toy: &Formed) -> (VolumeTexture, usize) {
     (decoder.texture().clone(), decoder.slabs.iter().count())
 }
 
-/// What the CPU would upload, bit for bit.
+/// Compares the texels bit for bit with those that the CPU would upload.
 fn assert_as_uploaded(device: &Device, toy: &Formed) {
     let (decoded, _) = decode(device, toy);
     let uploaded = VolumeTexture::upload(device, toy.layout(), &toy.0.values(), toy.1).unwrap();
@@ -91,7 +91,7 @@ fn every_form_holds_what_the_cpu_would_upload() {
 #[test]
 fn every_half_keeps_its_bits() {
     let Some(device) = test_device("decoding::halves") else { return };
-    // All 16-bit patterns as singles; those that are finite halves, subnormal ones too, survive.
+    // All 16-bit patterns as singles. Finite halves, also subnormal ones, are kept.
     const SNIPPET: &str = "\
 fn toy_fetch(p: vec3<i32>) -> vec4<f32> {
     return vec4<f32>(bitcast<f32>(toy_data(u32(p.x) + 64u * (u32(p.y) + 32u * u32(p.z)))), 0.0, 0.0, 0.0);

@@ -1,17 +1,17 @@
-//! A look at what is blended: a device that ends loops before they are done draws fragments wrong.
+//! A check of blended pictures: a device that ends loops early draws fragments wrong.
 
 use std::sync::OnceLock;
 
 use cvr_core::render::{Filter, Inputs, Pass};
 
 use crate::bindings::{Parts, Supplies};
-use crate::canvas::Canvas;
-use crate::raster::{BoundRaster, blend};
+use crate::canvas::{Canvas, blend};
+use crate::raster::BoundRaster;
 use crate::source::Voxels;
 use crate::{Device, EngineError};
 
-/// A pass that blends, compiled so that its fragments show where loops were ended. It draws one frame, before all others: what
-/// does the same in fewer rounds needs no second look.
+/// A pass that blends, compiled so that its fragments mark ended loops. It draws one picture before all others. The
+/// pass without marks needs fewer rounds, so it needs no check.
 #[derive(Debug)]
 pub(super) struct Check {
     bound: BoundRaster,
@@ -20,7 +20,7 @@ pub(super) struct Check {
 }
 
 impl Check {
-    /// `None` where fragments show nothing. `parts` hold the codec's buffers, which are uploaded already.
+    /// `None` if fragments cannot mark anything. `parts` hold the codec's uploaded buffers.
     pub(super) fn new(
         device: &Device,
         Pass { pipeline, inputs }: &Pass,
@@ -50,10 +50,10 @@ impl Check {
         self.passed.get().is_some()
     }
 
-    /// Draws and looks, unless that is done. The picture is that of any frame.
+    /// Draws and checks, unless already done. The result is an ordinary picture.
     ///
     /// # Errors
-    /// [`EngineError::CutOff`] when the device has ended loops; what the driver refuses.
+    /// [`EngineError::CutOff`] if the device has ended loops, and errors of the driver.
     pub(super) fn pass(&self, device: &Device, canvas: &Canvas) -> Result<(), EngineError> {
         if self.passed() {
             return Ok(());

@@ -1,4 +1,4 @@
-//! Rays followed piece by piece, where a device ends loops before they are done.
+//! Rays that are followed in pieces, for devices that end loops early.
 
 use std::sync::{Arc, OnceLock};
 
@@ -34,14 +34,14 @@ impl std::fmt::Display for RayPieces {
     }
 }
 
-/// A pass that follows rays at once, and what follows them in pieces. Which of the two a picture takes is settled once.
+/// A pass that follows rays at once, and its version in pieces. It is decided once per picture which one is used.
 #[derive(Debug)]
 pub(super) struct FollowedRays {
     contents: Vec<Contents>,
     workgroups: [u32; 3],
     shader: Result<Arc<GeneratedShader>, ShaderError>,
     image: wgpu::Buffer,
-    /// What holds the volume: buffers that are uploaded already, or a texture.
+    /// Data of the volume: uploaded buffers, or a texture.
     parts: Parts,
     texture: Option<Arc<VolumeTexture>>,
     settled: OnceLock<Option<InPieces>>,
@@ -54,7 +54,8 @@ pub(super) fn workgroups(size: [u32; 2]) -> [u32; 3] {
 }
 
 impl FollowedRays {
-    /// `None` where the pass follows no rays. Only text is made here: a picture without pieces compiles nothing for them.
+    /// `None` if the pass follows no rays. Only text is generated here. A picture without pieces compiles nothing for
+    /// them.
     pub(super) fn new(
         device: &Device,
         (pass, size): (&Pass, [u32; 2]),
@@ -73,13 +74,13 @@ impl FollowedRays {
         Some(Self { contents, workgroups, shader, image, parts, texture, settled: OnceLock::new() })
     }
 
-    /// Takes other inputs, of which nothing is settled.
+    /// Takes other inputs. How they are drawn is undecided.
     pub(super) fn set_inputs(&mut self, contents: &[Contents]) {
         self.contents = contents.to_vec();
         self.settled = OnceLock::new();
     }
 
-    /// How the picture is drawn, once that is settled: in pieces, or (`None` inside) at once.
+    /// How the picture is drawn, once decided: in pieces, or (`None` inside) at once.
     pub(super) fn settled(&self) -> Option<Option<&InPieces>> {
         self.settled.get().map(Option::as_ref)
     }
@@ -94,7 +95,8 @@ impl FollowedRays {
         self.settled.get_or_init(|| None);
     }
 
-    /// Finds pieces for rays that were cut off: as long as the shortest way that one of them came at once allows.
+    /// Finds a length of pieces for rays that were cut off. It starts with the shortest number of samples that one of
+    /// them reached.
     pub(super) fn settle_by(
         &self,
         device: &Device,
@@ -105,13 +107,13 @@ impl FollowedRays {
         Ok(self.settled.get_or_init(|| Some(found)).as_ref())
     }
 
-    /// Finds pieces of at most this many samples, whatever was settled before.
+    /// Finds pieces of at most this many samples, regardless of earlier decisions.
     pub(super) fn settle_in_pieces(&mut self, device: &Device, samples: u32) -> Result<(), EngineError> {
         self.settled = OnceLock::from(Some(self.find(device, samples.max(1))?));
         Ok(())
     }
 
-    /// Draws whole frames in ever shorter pieces, from `samples` on, until one is drawn in which no ray was cut off.
+    /// Draws whole pictures in ever shorter pieces, from `samples` on, until no ray is cut off.
     fn find(&self, device: &Device, samples: u32) -> Result<InPieces, EngineError> {
         let shader = self.shader.as_ref().map_err(|problem| {
             EngineError::Unsupported(format!("rays cannot be followed in pieces on this device: {problem}"))
@@ -152,7 +154,7 @@ impl FollowedRays {
     }
 }
 
-/// What became of a frame in pieces of some length.
+/// Result of a picture in pieces of some length.
 enum Tried {
     Drawn { pieces: u32 },
     CutOff { pixels: usize },
@@ -172,7 +174,7 @@ impl InPieces {
         self.pieces
     }
 
-    /// Records all pieces of a frame. What sets rays back to their beginnings lies between the timestamps too.
+    /// Records all pieces of a picture. The reset of the rays lies between the timestamps as well.
     pub(super) fn record_frame(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -190,7 +192,7 @@ impl InPieces {
         }
     }
 
-    /// Fails where a ray of the last frame is not at its end.
+    /// Fails if a ray of the last picture is not at its end.
     pub(super) fn check(&self, device: &Device) -> Result<(), EngineError> {
         let progress: Vec<u32> = device.read_buffer(&self.progress, self.progress.size())?;
         match progress.iter().filter(|&&next| next != RayWalk::END).count() {
@@ -199,7 +201,7 @@ impl InPieces {
         }
     }
 
-    /// Draws a frame piece by piece, and looks at what each has done. A frame in which a ray was cut off is void.
+    /// Draws a picture piece by piece and checks each piece. If a ray was cut off, the picture is invalid.
     fn try_frame(&self, device: &Device) -> Result<Tried, EngineError> {
         let mut before = Vec::new();
         for pieces in 1.. {

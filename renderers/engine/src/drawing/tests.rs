@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use cvr_core::codec::{Constant, ConstantValue, DecodedForm, Decoder, Resource, TexelFormat};
-use cvr_core::render::{Contents, Inputs, LayerStep, Proxies, ProxyVertex, Template};
+use cvr_core::render::{Contents, Inputs, LayerStep, Pass, Proxies, ProxyVertex, Stage, Template};
 use cvr_core::shader::Variable;
 use cvr_core::volume::{Axis, FrameIndex, Level};
 
@@ -103,7 +103,7 @@ fn all_sources_and_filters_paint_the_same_slice() {
     let choice = texture.choice();
     let manual = DrawSource::Texture(Arc::new(texture.with_manual_sampling()));
     let texture = DrawSource::Texture(Arc::new(texture));
-    // Between slices 1 and 2 (z = 2) every interpolation is half of each; the texture unit has 8-bit weights.
+    // Between slices 1 and 2 (z = 2), interpolation gives half of each. The texture unit has 8-bit weights.
     for (source, filter, z, slices, tolerance) in [
         (inline(&toy), Filter::Nearest, 2.9, [2, 2], 0.0),
         (inline(&toy), Filter::Linear, 2.0, [1, 2], 0.01),
@@ -152,11 +152,11 @@ const BACK: [Template; 3] = [
     Template { file: "z.wgsl", source: "fn back(p: vec3<f32>) -> vec3<f32> { return p; }" },
 ];
 
-/// A ring of layers under the texture unit and under the shader: layers 4 and 5 have gone around.
+/// A ring of layers, filtered by the texture unit and by the shader. Layers 4 and 5 reuse slots.
 #[test]
 fn a_ring_holds_its_layers_whoever_filters() {
     let Some(device) = test_device("drawing::ring") else { return };
-    // Values of nine bits in texels of half precision: they and their means are the same in a picture of either precision.
+    // Values of nine bits in half-precision texels. They and their means are exact in pictures of either precision.
     let words = (0..9 * 8 * 7).map(|i| i * 211 % 509 * 128).collect();
     let form = DecodedForm { format: TexelFormat::Float16, scale: 1.0, offset: 0.0 };
     let toy = Toy { words, form, ..Toy::new([9, 8, 7], 1) };
@@ -202,7 +202,7 @@ fn a_ring_holds_its_layers_whoever_filters() {
                 let p = axis.unlayered([i as u32 % width, i as u32 / width, layer]);
                 values[toy.layout.extent.index(p)]
             };
-            // The second piece lies over the first: instance 4 is where layers 3 and 4 meet.
+            // The second piece lies over the first: instance 4 lies between layers 3 and 4.
             for (i, pixel) in image.pixels().iter().enumerate() {
                 let mean = |a, b| (at(i, a) + at(i, b)) / 2.0;
                 let expected =
@@ -218,11 +218,11 @@ fn a_ring_holds_its_layers_whoever_filters() {
     }
 }
 
-/// Other inputs are drawn by what is there; another pipeline or size is refused.
+/// Other inputs are drawn without compiling. Another pipeline or size is refused.
 #[test]
 fn a_drawing_takes_other_inputs_and_compiles_nothing() {
     let Some(device) = test_device("drawing::other_inputs") else { return };
-    // A device of its own counts its own pipelines.
+    // A separate device counts its own pipelines.
     let device = device.without_block_textures();
     let toy = Toy::new([13, 17, 5], 1);
     let new = |plan: &Plan| Drawing::new(&device, plan, &inline(&toy), Filter::Nearest).unwrap();
@@ -236,7 +236,7 @@ fn a_drawing_takes_other_inputs_and_compiles_nothing() {
         drawing.draw().unwrap();
         expect(&toy, [slice, slice], &drawing.read_image().unwrap(), 0.0);
     }
-    // A table of another size takes a texture of its own.
+    // A table of another size needs another texture.
     let mut wide = plan([13, 17], 2.5);
     wide.passes[0].inputs.contents[1].bytes = bytemuck::cast_slice(&[TINT; 6]).to_vec();
     drawing.set_inputs(&wide).unwrap();

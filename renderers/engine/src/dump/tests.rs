@@ -34,7 +34,7 @@ fn every_voxel_of_odd_volumes_comes_back() {
     }
 }
 
-/// Pieces of any length, of one voxel too, are the whole.
+/// Pieces of any length, also of one voxel, give the whole.
 #[test]
 fn a_dump_in_pieces_is_the_whole() {
     let Some(device) = test_device("dump::pieces") else { return };
@@ -96,7 +96,7 @@ fn failures_are_sentences() {
     assert!(text.contains("toy/decode.wgsl"), "{text}");
     let text = dump(&Toy { snippet: "", ..Toy::new([2; 3], 1) });
     assert_eq!(text, "codec `toy` does not decode this stream in a shader");
-    // The dump is refused before anything of its size is made.
+    // The dump is refused before anything of its size is created.
     let huge = Toy { words: vec![0], ..Toy::new([1; 3], 1) };
     let mut huge_layout = huge.layout.clone();
     huge_layout.extent = Extent::new(2048, 2048, 1025).unwrap();

@@ -1,4 +1,4 @@
-//! Every value goes through a texture of every format and comes back.
+//! Every value goes through a texture of every format and is read back.
 
 use cvr_core::shader::{Binding, BindingKind, Form, GeneratedShader};
 use cvr_core::volume::{Extent, SampleType};
@@ -50,8 +50,8 @@ fn layout(extent: [u32; 3], channels: u32) -> VolumeLayout {
     VolumeLayout { channels, ..VolumeLayout::scalar(extent, SampleType::F32) }
 }
 
-/// Integers must come back as themselves once rounded, and within one unit in the last place before: the texel
-/// k/65535 is itself rounded, and a device may be as coarse as that when it undoes the scale.
+/// Integers must be equal after rounding, and within one unit in the last place before. The texel k/65535 is itself
+/// rounded, and a device may add the same error when it applies the scale.
 fn assert_integers(got: &[f32], want: &[f32], steps: f32) {
     for (got, want) in got.iter().zip(want) {
         assert!(got.round() == *want && (got - want).abs() <= steps * f32::EPSILON, "{got} for {want}");

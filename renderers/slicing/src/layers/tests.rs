@@ -1,5 +1,5 @@
-//! What a ring promises: every layer that a cell reads is in its slot when the cell is drawn, every slab is drawn with
-//! every cell that it reaches into, and no layer is decoded twice.
+//! Properties of a ring: every layer of a layer pair is in its slot when the pair is drawn, every slab is drawn with
+//! every pair that it reaches into, and no layer is decoded twice.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ fn pass(view: &View, layout: &VolumeLayout) -> Pass {
     pass.clone()
 }
 
-/// What holds of the steps of a pass; the numbers of the layers that are decoded, in their order.
+/// Checks the steps of a pass. Returns the numbers of the decoded layers in order.
 fn decoded(pass: &Pass, view: &View, layout: &VolumeLayout) -> Result<Vec<u32>, String> {
     let layers = layout.extent.to_array()[pass.pipeline.layers().unwrap().index()] as i32;
     let reach = i32::from(view.shading.is_some());
@@ -63,7 +63,7 @@ fn decoded(pass: &Pass, view: &View, layout: &VolumeLayout) -> Result<Vec<u32>, 
 const VIEWS: [(f64, f64); 6] =
     [(20.0, 10.0), (200.0, 10.0), (90.0, -10.0), (-90.0, 10.0), (0.0, 80.0), (0.0, -80.0)];
 
-/// The axis that a view runs along, and which way, whatever the camera's conventions.
+/// The axis along which a view runs, and whether in its positive direction, independent of the camera's conventions.
 fn along(view: &View, layout: &VolumeLayout) -> (Axis, bool) {
     let rays = view.camera.rays(layout, view.size);
     let slabs = Slabs::new(Geometry::Axis, view, layout, &rays).unwrap();
@@ -95,7 +95,7 @@ fn every_layer_is_there_when_it_is_read_and_decoded_once() {
     assert_eq!(seen.len(), 6, "three axes, both ways: {seen:?}");
 }
 
-/// The slices of a cell are those whose slabs hold a point of it, counted one by one in double precision.
+/// The slices of a layer pair are those whose slabs contain a point of it, counted one by one in double precision.
 #[test]
 fn every_slab_is_drawn_with_every_cell_that_it_reaches_into() {
     let layout = layout([13, 17, 23]);
@@ -113,7 +113,7 @@ fn every_slab_is_drawn_with_every_cell_that_it_reaches_into() {
                 cells.push(*between);
                 let drawn = &pass.inputs.vertices[vertices.start as usize..vertices.end as usize];
                 let drawn: BTreeSet<u32> = drawn.iter().map(|vertex| vertex.slice).collect();
-                // What lies in the volume of the cell, from its lower to its upper end along the stack.
+                // The part of the layer pair in the volume, from its lower to its upper end along the stack.
                 let ends = [f64::from(*between) + 0.5, f64::from(*between) + 1.5];
                 let ends = ends.map(|x| x.clamp(0.0, f64::from(layers)) * along);
                 let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
@@ -152,7 +152,7 @@ fn layers_that_no_sample_reads_are_not_decoded() {
     }
 }
 
-/// The twin: rings that are wrong by one layer, or one slot, are noticed.
+/// The twin: rings that are wrong by one layer, or one slot, are detected.
 #[test]
 fn a_ring_that_is_off_by_one_is_noticed() {
     let layout = layout([13, 17, 23]);

@@ -14,7 +14,7 @@ use super::{Pictures, Slice, Stack, check_claim};
 
 /// Deflate's best, and what a row's filter byte adds in proportion.
 const MAX_RATIO: u64 = 1032;
-/// What the decoder may reserve beside the pixels: text, colour profiles.
+/// Bytes that the decoder may reserve in addition to pixels: text, colour profiles.
 const ASIDE_BYTES: usize = 16 << 20;
 
 /// Adds the picture of a file as one slice.

@@ -40,7 +40,7 @@ pub(super) fn check(file: impl BufRead + Seek, due: u64) -> Result<Option<String
     Ok((follow > 0).then(|| format!("{follow} bytes follow its stream")))
 }
 
-/// The contents of the IDAT chunks, one after the other.
+/// The concatenated contents of the IDAT chunks.
 struct ImageData<R> {
     file: R,
     /// Bytes of the current chunk that were not given.

@@ -23,7 +23,7 @@ pub(super) enum Packing {
 }
 
 impl Packing {
-    /// Of the tag `Compression`.
+    /// Values of the tag `Compression`.
     pub const fn of(compression: u16) -> Option<Self> {
         Some(match compression {
             1 => Self::None,

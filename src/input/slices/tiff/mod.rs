@@ -25,7 +25,7 @@ type Pages = Decoder<BufReader<std::fs::File>>;
 
 const SUPPORTED: &str = "gray or RGB (interleaved) of 8, 16, 32 or 64 bits, not compressed or by LZW, deflate or \
                          PackBits; save the stack so";
-/// What the decoder may reserve for the value of one tag, beside pixels: the offsets of a million strips.
+/// Bytes that the decoder may reserve for the value of one tag: the offsets of a million strips.
 const TAG_BYTES: usize = 32 << 20;
 
 /// Adds all pages of a file as slices.
@@ -75,7 +75,7 @@ pub(super) fn add_pages(path: &Path, stack: &mut Stack) -> Result<(), InputError
     pledges.finish(stack, &whole)
 }
 
-/// What a page holds, and how its pixels are packed.
+/// Content of a page, and how its pixels are packed.
 fn describe(pages: &mut Pages, place: &Place) -> Result<(Slice, Packing), InputError> {
     let tag = |pages: &mut Pages, tag, default| {
         let value = pages.find_tag_unsigned::<u16>(tag).map_err(|e| broken(place, e))?;
@@ -124,7 +124,7 @@ fn unsupported(place: &Place, found: String) -> InputError {
     InputError::Unsupported { place: place.clone(), found, supported: SUPPORTED.to_owned() }
 }
 
-/// What the library says, which may quote a list as long as the file.
+/// The library's message. It may quote a list as long as the file.
 fn said(error: &dyn std::fmt::Display) -> String {
     const MOST: usize = 200;
     let text = error.to_string();

@@ -23,7 +23,7 @@ fn local_name(start: &BytesStart<'_>) -> String {
     name.rsplit(':').next().unwrap_or_default().to_owned()
 }
 
-/// What the one image of the description promises.
+/// The promise of the description's one image.
 ///
 /// # Errors
 /// A sentence, when there are several images, or none, or their axes are not said.

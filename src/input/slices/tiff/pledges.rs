@@ -20,7 +20,7 @@ const MICROSCOPES: [(u16, &str); 4] =
 const ONE_SLICE_PER_PAGE: &str = "a page for each slice of one channel and one time step; save each channel, and each time \
                                   step, as a file of its own";
 
-/// What the pages of one file have promised so far.
+/// Promises of the pages of one file so far.
 #[derive(Default)]
 pub(super) struct Pledges {
     /// Each promise with the pages from its own on, up to the next one's.

@@ -14,7 +14,7 @@ pub(super) struct Promise {
     pub frames: u64,
     /// Channels in pages of their own.
     pub channels: u64,
-    /// Slices, where they are told apart from pages.
+    /// Slices, if they are counted separately from pages.
     pub slices: Option<u64>,
     /// Spacing along x, y, z, where all three are known; x and y of ImageJ stand in tags.
     pub spacing: Spacing,
@@ -22,7 +22,7 @@ pub(super) struct Promise {
     pub files: BTreeSet<String>,
 }
 
-/// What a description says of the spacing.
+/// Spacing in a description.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(super) enum Spacing {
     Unknown,
@@ -45,7 +45,7 @@ impl Promise {
         }
     }
 
-    /// What is promised, as a noun phrase: "3 frames of 2 channels of 5 slices".
+    /// The promise as a noun phrase: "3 frames of 2 channels of 5 slices".
     pub fn words(&self) -> String {
         let part = |n: u64, name: &str| format!("{n} {name}{}", if n == 1 { "" } else { "s" });
         let mut parts = Vec::new();

@@ -1,7 +1,7 @@
 """Writes the files of this folder with the software that others write such files with.
 
 The sample at x, y, z of channel c in frame t is x + 5 y + 7 z + 11 c + 13 t (minus 40 in signed types, plus 1/4 in
-floating point). The name of a file tells what is in it: format, variant, number type, `rgb` for three channels, `t`
+floating point). The name of a file describes its content: format, variant, number type, `rgb` for three channels, `t`
 for two frames. Volumes have 5 x 4 x 3 voxels; where a format holds spacing, it is 0.5, 1.25, 2.
 
 Needs numpy, nibabel, pynrrd, SimpleITK, tifffile, imagecodecs, Pillow and vtk. Run it in this folder.

@@ -1,4 +1,4 @@
-//! What codebooks of the payload `fixed` are expected to leave, whatever their sizes, from training curves.
+//! The expected error of codebooks of the payload `fixed`, for any sizes, from training curves.
 
 use cvr_core::codec::EncodeError;
 
@@ -10,7 +10,7 @@ use crate::encode::tuned::codebooks::FIRST_ERROR;
 use crate::encode::tuned::fixed::{CURVE_BLOCKS, CURVE_WIDTHS, ENOUGH_FOR, MOST_TRAINING};
 use crate::encode::work::Work;
 
-/// Training curves, and what follows from them.
+/// Training curves, and values derived from them.
 #[derive(Debug)]
 pub struct Expected {
     curves: Curves,
@@ -18,7 +18,7 @@ pub struct Expected {
     measured: Vec<u32>,
 }
 
-/// Logarithms of the parts of the error that a codebook leaves: alone, and behind others that have left `before`.
+/// Logarithms of the fraction of the error that a codebook leaves: alone, and behind others that left `before`.
 #[derive(Copy, Clone, Debug)]
 pub struct Left {
     pub alone: f64,
@@ -27,8 +27,8 @@ pub struct Left {
 }
 
 impl Left {
-    /// The logarithm of what is left behind codebooks that have left `before`. The more codewords have taken away, the less
-    /// do further ones find in common.
+    /// The logarithm of the fraction left behind codebooks that have left `before`. The more earlier codewords have
+    /// removed, the less structure is left for later ones.
     pub fn after(&self, before: f64) -> f64 {
         let way = if self.before < 0.0 { (before / self.before).min(1.0) } else { 1.0 };
         before + self.alone + (self.behind - self.alone) * way
@@ -52,9 +52,9 @@ impl Expected {
         Ok(Self { curves, measured })
     }
 
-    /// The logarithm of the part of the error that so many codewords leave on a curve, between and beyond what was
-    /// measured. Blocks that train a codebook have less left than others, the more so the fewer there are for a codeword:
-    /// what both have left is about as far from what endless blocks would have, and that distance is measured too.
+    /// The logarithm of the fraction of the error that `size` codewords leave on a curve, interpolated and
+    /// extrapolated. Training blocks have less error left than others, and more so with fewer blocks per codeword.
+    /// Infinitely many blocks would leave an error about halfway between both. The distance of both is measured too.
     fn on(&self, work: &Work<'_>, curve: &Curve, size: usize) -> f64 {
         if size == 1 {
             return 0.0;
@@ -70,16 +70,16 @@ impl Expected {
         middle + (share * (-apart).exp() + (1.0 - share) * apart.exp()).ln()
     }
 
-    /// What so many codewords leave in a partition, with nothing before them and behind others.
+    /// The fraction that `size` codewords leave in a partition, alone and behind others.
     pub fn left(&self, work: &Work<'_>, partition: usize, size: usize) -> Left {
         let (first, curve) = (&self.curves.of[0], &self.curves.of[partition]);
         let behind = self.on(work, curve, size);
-        // With nothing before it any codebook does what the first does, if it keeps to no zones.
+        // As the first, any codebook behaves like the first one, unless it is confined to zones.
         let alone = if work.options.confined { behind } else { self.on(work, first, size) };
         Left { alone, behind, before: curve.before }
     }
 
-    /// The error (root mean square, in units of sums) that codebooks of such sizes leave.
+    /// The expected error (root mean square, in units of sums) of codebooks of these sizes.
     pub fn of(&self, work: &Work<'_>, books: [usize; 3]) -> f64 {
         let left = [0, 1, 2].map(|p| self.left(work, p, books[p]));
         (self.curves.mean_square * left.into_iter().fold(0.0, |before, left| left.after(before)).exp())
@@ -88,13 +88,14 @@ impl Expected {
     }
 }
 
-/// Blocks that train a table whose largest codebook has so many codewords.
+/// Number of training blocks of a table whose largest codebook has `size` codewords.
 pub fn training_blocks(work: &Work<'_>, size: usize) -> f64 {
     (work.options.training.training_blocks as f64 * (size as f64 / ENOUGH_FOR).clamp(1.0, MOST_TRAINING))
         .floor()
 }
 
-/// The value at `x` on the line through the origin and some points in the order of their places, straight beyond the last.
+/// The value at `x` of the line through the origin and some points, which are ordered by place. Straight beyond the
+/// last.
 fn along(points: impl Iterator<Item = (f64, f64)>, x: f64) -> f64 {
     let points: Vec<(f64, f64)> = std::iter::once((0.0, 0.0)).chain(points).collect();
     let after = points.iter().position(|p| p.0 >= x).unwrap_or(points.len() - 1).max(1);

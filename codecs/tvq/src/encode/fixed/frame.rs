@@ -1,4 +1,4 @@
-//! Means and codes of a frame of the payload `fixed` into words.
+//! Writes means and codes of a frame of the payload `fixed` as words.
 
 use crate::encode::closed_loop::Plane;
 use crate::stream::bits::Bits;
@@ -21,7 +21,7 @@ pub fn fixed_frame(tables: &[Table], planes: &[&[Plane]]) -> Vec<u32> {
             words.extend(bits.finish());
         }
     }
-    // So that there is a word even where nothing needs a bit.
+    // At least one word exists, even if nothing needs a bit.
     words.push(0);
     words
 }

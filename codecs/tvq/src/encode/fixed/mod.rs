@@ -1,4 +1,4 @@
-//! The payload `fixed`: codebooks that reach a target, and a frame of codes.
+//! The payload `fixed`: finds codebooks that reach a target, and codes frames.
 
 mod expected;
 mod frame;
@@ -35,7 +35,7 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
             if let Some(sizes) = plan.three_of_eight_bits(work) {
                 return code(work, sizes);
             }
-            // What three codes of 8 bits take, and their codebooks.
+            // Bits of three codes of 8 bits, and of their codebooks.
             let books = f64::from(CODE_BITS << 5) * VOXELS as f64 * f64::from(work.entry_bits());
             let budget = f64::from(CODE_BITS) * work.blocks() + books * work.tables();
             let coded = |shape| code(work, plan.sizes(work, budget, false, shape));
@@ -50,7 +50,7 @@ pub fn encode(work: &Work<'_>) -> Result<Sets, EncodeError> {
     }
 }
 
-/// Of some shapes the one that leaves the least error, and what it codes.
+/// The shape that leaves the least error, with its codes.
 fn best_of(
     shapes: &[Shape],
     code: impl Fn(Shape) -> Result<Sets, EncodeError>,
@@ -67,7 +67,7 @@ fn best_of(
         .ok_or_else(|| EncodeError::Unsupported("no codebooks to try".to_owned()))
 }
 
-/// Codebooks of a shape, and no more bits than `most`.
+/// Codebooks of a shape, with at most `most` bits.
 fn within(work: &Work<'_>, plan: &Plan, most: f64, shape: Shape) -> Result<Sets, EncodeError> {
     let mut budget = most;
     for _ in 1..TRIES {
@@ -81,11 +81,11 @@ fn within(work: &Work<'_>, plan: &Plan, most: f64, shape: Shape) -> Result<Sets,
     code(work, plan.sizes(work, budget, true, shape))
 }
 
-/// The least rate that reaches a PSNR, to within a fiftieth: budgets from the one that the curves promise on.
+/// The least rate that reaches a PSNR, within a fiftieth. The search starts from the budget that the curves predict.
 fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Sets, EncodeError> {
     let error = work.error_of(psnr);
     let wanted = (error / work.samples()).sqrt() / work.unit();
-    // Means of one bit, to begin with.
+    // The search begins with one bit per mean.
     let mut budget = work.blocks();
     let all = plan.sizes(work, f64::INFINITY, true, THREE);
     while (1..4).all(|count| {
@@ -103,7 +103,7 @@ fn least(work: &Work<'_>, plan: &Plan, psnr: f64) -> Result<Sets, EncodeError> {
     reached.map_or_else(|| code(work, all), Ok)
 }
 
-/// Codebooks of a shape that leave no more than an error, or `None` where they cannot: budgets around a first one.
+/// Codebooks of a shape that leave at most an error. `None` if they cannot. The search goes around a first budget.
 fn search(
     work: &Work<'_>,
     plan: &Plan,
@@ -134,7 +134,7 @@ fn search(
     Ok(reached.map(|(_, coded)| coded))
 }
 
-/// The squared error of everything, in data units.
+/// The total squared error, in data units.
 fn total_error(coded: &[Vec<Coded>]) -> f64 {
     let planes = coded.iter().flatten().flat_map(|c| &c.planes);
     planes.flat_map(|p| p.errors.iter().skip(p.books).step_by(p.books + 1)).map(|e| f64::from(*e)).sum()
@@ -174,7 +174,7 @@ fn code(work: &Work<'_>, sizes: Sizes) -> Result<Sets, EncodeError> {
     Ok(sets)
 }
 
-/// The table of some codes, but for where they and the codebooks lie.
+/// The table of some codes, without the positions of indices and codebooks.
 fn table(coded: &Coded) -> Table {
     let means: Vec<u32> = coded.planes.iter().flat_map(|p| p.means.iter().copied()).collect();
     let (mean_base, width) = mean_width(&means);

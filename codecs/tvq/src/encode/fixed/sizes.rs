@@ -1,4 +1,4 @@
-//! How many codewords the codebooks of the payload `fixed` get, from training curves.
+//! Sizes of the codebooks of the payload `fixed`, from training curves.
 
 use cvr_core::codec::EncodeError;
 use rayon::prelude::*;
@@ -10,33 +10,33 @@ use crate::encode::work::Work;
 use crate::settings::CODE_BITS;
 use crate::stream::geometry::VOXELS;
 
-/// Widths of a code that a stream may have beside none.
+/// Widths of a code that a stream may have, besides none.
 const WIDTHS: std::ops::RangeInclusive<u32> = 4..=16;
 
-/// What is to be expected of codebooks.
+/// Expected results of codebooks.
 #[derive(Debug)]
 pub struct Plan {
     expected: Expected,
     /// Smallest and largest mean of each domain, in units of sums, and its blocks.
     means: Vec<(f64, f64, f64)>,
-    /// Most bits of a code that there are blocks for.
+    /// Widest code for which there are enough blocks.
     widest: u32,
 }
 
-/// Codewords of the three codebooks, 1 where there is none, and the error (root mean square, in units of sums) that they are
-/// expected to leave.
+/// Sizes of the three codebooks in codewords (1 means none), and the error (root mean square, in units of sums) that
+/// they are expected to leave.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Sizes {
     pub books: [usize; 3],
     pub expected: f64,
 }
 
-/// How codewords are shared out among codebooks.
+/// How codewords are distributed over codebooks.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// Among so many codebooks, such that least is expected to be left.
+    /// Over this number of codebooks, with the least expected error.
     Best(usize),
-    /// Between two, of which the first has this share.
+    /// Over two codebooks. The first gets this fraction.
     Split(f64),
 }
 
@@ -54,7 +54,7 @@ impl Plan {
         let domains: Vec<_> = work.domains().cloned().collect();
         let expected = Expected::measure(work, &domains)?;
         let means = domains.iter().map(|d| means(work, d)).collect::<Result<_, _>>()?;
-        // Sub-volumes are trained one by one: none has codewords for more blocks than the smallest has.
+        // Sub-volumes are trained separately. No table has more codewords than the smallest sub-volume has blocks.
         let fewest = domains.iter().map(Domain::blocks).min().unwrap_or(1);
         let widest = fewest.max(1).ilog2().clamp(1, *WIDTHS.end());
         Ok(Self { expected, means, widest })
@@ -81,8 +81,8 @@ impl Plan {
         std::iter::once(1).chain(sizes).map(of_size).collect()
     }
 
-    /// The sizes of codebooks of some shape within `budget` for all codes and codebooks, and with `with_means` the means; no
-    /// codebook where not even the smallest are within it.
+    /// The sizes of codebooks of a shape within `budget`, for all codes and codebooks, and the means if `with_means`.
+    /// No codebooks if even the smallest exceed it.
     pub fn sizes(&self, work: &Work<'_>, budget: f64, with_means: bool, shape: Shape) -> Sizes {
         if let Some(books) = given(work) {
             return Sizes { books, expected: self.expected.of(work, books) };
@@ -90,7 +90,7 @@ impl Plan {
         let mut choices = [0, 1, 2].map(|p| self.choices(work, p));
         if let Shape::Best(count) = shape {
             for (p, choices) in choices.iter_mut().enumerate() {
-                // The first choice is no codebook.
+                // The first choice is to have no codebook.
                 choices.retain(|c| {
                     (c.size > 1) == (p < count) && (count == 3 || c.size as f64 * work.blocks() <= MOST_PAIRS)
                 });
@@ -109,7 +109,7 @@ impl Plan {
         found
     }
 
-    /// The most codewords of two codebooks within `budget` of which the first has a share.
+    /// The largest two codebooks within `budget`. The first has a fraction `share` of the codewords.
     fn split(&self, work: &Work<'_>, share: f64, budget: f64) -> [usize; 3] {
         let most = 1 << self.widest;
         let of = |all: usize| {
@@ -132,14 +132,14 @@ impl Plan {
         books.iter().map(of_book).sum()
     }
 
-    /// Three codes of 8 bits, as in the paper, where there are blocks enough to pay for their codebooks.
+    /// Three codes of 8 bits, as in the paper, if there are enough blocks to pay for their codebooks.
     pub fn three_of_eight_bits(&self, work: &Work<'_>) -> Option<Sizes> {
         let books = [1 << (CODE_BITS / 3); 3];
         let many = given(work).is_none() && work.blocks() / work.tables() > FEW_BLOCKS;
         many.then(|| Sizes { books, expected: self.expected.of(work, books) })
     }
 
-    /// How many codebooks are worth a try within a budget. What is expected of few large ones is less sure.
+    /// Numbers of codebooks that are worth a try within a budget. Expectations of few large codebooks are less certain.
     pub fn counts(&self, work: &Work<'_>, budget: f64, with_means: bool) -> Vec<Shape> {
         if given(work).is_some() {
             return vec![Shape::Best(3)];
@@ -161,7 +161,8 @@ impl Plan {
         shapes
     }
 
-    /// Spends what is left of a budget on codewords that take no further bit of a code, most where there are most.
+    /// Spends the rest of a budget on codewords that need no further bit per code, most of them in the largest
+    /// codebook.
     fn fill(&self, work: &Work<'_>, books: &mut [usize; 3], budget: f64) {
         let mut order = [0, 1, 2];
         order.sort_by_key(|p| std::cmp::Reverse(books[*p]));
@@ -177,7 +178,7 @@ fn codeword_bits(work: &Work<'_>) -> f64 {
     f64::from(VOXELS as u32 * work.entry_bits()) * work.tables()
 }
 
-/// Bits of a code of so many codewords.
+/// Bits of a code for `size` codewords.
 const fn width(size: usize) -> u32 {
     size.next_power_of_two().trailing_zeros()
 }
@@ -208,8 +209,8 @@ pub fn given(work: &Work<'_>) -> Option<[usize; 3]> {
     work.options.sizes.or(of_width)
 }
 
-/// One size for each codebook such that the sum of what they leave is least and that of their bits at most `budget`.
-/// The choices of each have their bits in order.
+/// One size per codebook, with the least sum of expected errors, and a sum of bits of at most `budget`. The choices of
+/// each codebook are ordered by bits.
 fn best([low, band, high]: &[Vec<Choice>; 3], budget: f64) -> Option<[usize; 3]> {
     let mut best: Option<(f64, [usize; 3])> = None;
     for a in low {
@@ -230,7 +231,7 @@ fn best([low, band, high]: &[Vec<Choice>; 3], budget: f64) -> Option<[usize; 3]>
 mod tests {
     use super::*;
 
-    /// Choices of 1, 2, 4, … codewords of which each bit leaves the same part.
+    /// Choices of 1, 2, 4, … codewords. Each bit leaves the same fraction.
     fn choices(part: f64, behind: f64) -> Vec<Choice> {
         let choice = |w: u32| {
             let width = f64::from(w);
@@ -248,7 +249,8 @@ mod tests {
             let of = |p: usize| all[p].iter().find(|c| c.size == sizes[p]).unwrap().bits;
             (0..3).map(of).sum()
         };
-        // Five bits and their codewords; the last codebook pays least, the second less the more the first has done.
+        // Five bits and their codewords. The last codebook pays least; the second pays less the more the first has
+        // removed.
         assert_eq!(sizes(53.5), [32, 1, 1]);
         assert_eq!(sizes(53.0), [16, 2, 1]);
         assert_eq!(sizes(41.9), [16, 1, 1]);

@@ -1,4 +1,4 @@
-//! One global codebook: the zero vector, then a chapter for each class that has a code in its partition.
+//! One global codebook: the zero vector, then a chapter for each class with a code in its partition.
 
 use cvr_codebook::lbg::{Stop, refine};
 use cvr_codebook::{Codebook, Initial, Nearest, Quantiser, Search, Training, Vectors, train};
@@ -20,7 +20,7 @@ pub struct Book {
     pub scale: Scale,
     /// Codewords; the first is the zero vector.
     pub codebook: Codebook,
-    /// Codewords of each class, the zero vector aside.
+    /// Codewords of each class, without the zero vector.
     pub chapters: [u32; CLASSES.len()],
 }
 
@@ -39,7 +39,7 @@ pub struct Recipe {
     pub entry_bits: u32,
 }
 
-/// What a codebook is trained on.
+/// The training set of a codebook.
 #[derive(Debug)]
 pub struct Population<'a> {
     /// Blocks, 64 values each.
@@ -89,7 +89,7 @@ impl Book {
             let energy: f64 = vector.iter().map(|v| f64::from(*v) * f64::from(*v)).sum();
             energies[*class as usize] += weight * energy;
         }
-        // All training vectors are as much memory as several volumes: no copy lives longer than it must.
+        // Training vectors need the memory of several volumes. So copies are dropped as early as possible.
         drop(vectors);
         let kept = |class: usize| keeps(class as u8, partition);
         if (0..CLASSES.len()).any(|class| kept(class) && energies[class] > 0.0) {
@@ -129,7 +129,7 @@ impl Book {
         self.codebook.size()
     }
 
-    /// Bits of a code: none where there is one codeword.
+    /// Bits of a code. 0 if there is one codeword.
     #[must_use]
     pub fn width(&self) -> u32 {
         self.size().next_power_of_two().trailing_zeros()

@@ -1,11 +1,11 @@
-//! Classes of blocks, by which zones they can do without (section 4.2.1 of the paper).
+//! Classes of blocks, by the zones that they need (section 4.2.1 of the paper).
 
 use super::transform::{Basis, ZONES};
 use crate::stream::geometry::VOXELS;
 use crate::stream::table::Partition;
 
-/// A class: a name, and the zones that it keeps, one bit each; bit `z` for the octant `z`, of which bit `a` says that
-/// axis `a` is high.
+/// A class: a name, and the zones that it keeps, one bit each. Bit `z` is octant `z`. Bit `a` of `z` is set if axis `a`
+/// is high.
 #[derive(Debug)]
 pub struct Class {
     /// As in the paper.
@@ -50,7 +50,7 @@ pub const fn keeps(class: u8, partition: Partition) -> bool {
     CLASSES[class as usize].zones & zones_of(partition) != 0
 }
 
-/// Energy of a block's coefficients by zone, the mean's left out.
+/// Energy of a block's coefficients by zone, without the mean.
 #[must_use]
 pub fn energies(basis: &Basis, block: &[f32]) -> [f64; ZONES] {
     let mut energies = [0.0; ZONES];
@@ -60,9 +60,8 @@ pub fn energies(basis: &Basis, block: &[f32]) -> [f64; ZONES] {
     energies
 }
 
-/// The first class that leaves out no more than `threshold` (root of the mean square over the block). The transform is
-/// orthonormal: the energy of the coefficients left out *is* the squared error of the block that is transformed back
-/// without them.
+/// The first class that omits at most `threshold` (root mean square over the block). The transform is orthonormal: the
+/// energy of the omitted coefficients *is* the squared error of the block without them.
 #[must_use]
 pub fn class_of(energies: &[f64; ZONES], threshold: f64) -> u8 {
     let most = threshold * threshold * VOXELS as f64;
@@ -72,7 +71,7 @@ pub fn class_of(energies: &[f64; ZONES], threshold: f64) -> u8 {
     CLASSES.iter().position(|class| left_out(class) <= most).map_or(WHOLE, |class| class as u8)
 }
 
-/// The part of a block that lies in some zones, the mean left out.
+/// The part of a block in some zones, without the mean.
 #[must_use]
 pub fn projected(basis: &Basis, block: &[f32], zones: u8) -> [f32; VOXELS] {
     let mut coefficients = basis.forward(block);
@@ -116,7 +115,7 @@ mod tests {
         assert_eq!(class(&block(|p| p[1] < 2), 4.0), "LP");
     }
 
-    /// The error that a class promises is that of the block without what the class leaves out.
+    /// The error of a class equals the error of the block without the omitted coefficients.
     #[test]
     fn the_error_is_that_of_the_truncated_block() {
         let block: Vec<f32> = (0..64_u32).map(|i| (i.wrapping_mul(0x9e37_79b9) >> 24) as f32).collect();

@@ -1,4 +1,4 @@
-//! Training curves: what codebooks of growing sizes leave, in blocks that trained them and in others.
+//! Training curves: the error that codebooks of growing sizes leave, in their training blocks and in others.
 
 use cvr_core::codec::{Cancelled, Progress};
 
@@ -6,12 +6,13 @@ use super::trainer::{State, Trainer};
 use crate::stream::geometry::VOXELS;
 use crate::stream::table::Partition;
 
-/// What codebooks of one partition leave behind certain codebooks before it: natural logarithms of parts of the error.
+/// Natural logarithms of the fraction of the error that codebooks of one partition leave, behind certain earlier
+/// codebooks.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// What those before it have left.
+    /// The fraction that the earlier codebooks have left.
     pub before: f64,
-    /// By width what it leaves of that: in blocks that trained it, and in others.
+    /// The fraction that is left of it, by width: in training blocks, and in others.
     pub left: Vec<[f64; 2]>,
 }
 
@@ -27,7 +28,8 @@ pub struct Curves {
 }
 
 impl Curves {
-    /// Training curves at some widths, smallest first; that of each partition behind codebooks of 7 bits of those before.
+    /// Training curves at some widths, smallest first. For each partition, the codebooks of earlier partitions have 7
+    /// bits.
     ///
     /// # Errors
     /// When `run` was cancelled.

@@ -1,4 +1,4 @@
-//! Codebooks from blocks: transforms and classes of blocks, one codebook, all codebooks of a table.
+//! Codebooks from blocks: transforms and classes of blocks, a single codebook, all codebooks of a table.
 
 pub mod book;
 pub mod classify;

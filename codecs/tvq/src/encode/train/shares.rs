@@ -1,14 +1,14 @@
-//! Who gets how many codevectors.
+//! Distribution of codevectors over classes.
 
-/// Shares of `size` codevectors for classes such that the mean distortion per codevector is about equal in all of them
-/// (Ramamurthi and Gersho 1986). At high resolution the distortion of a class of energy `E` in `d` dimensions falls as
-/// `E · n^(−2/d)`, so that `E · n^(−2/d) / n` is equal where `n ∝ E^(d / (d + 2))`. A class with members gets one at
-/// least, as long as there are any, and none gets more than it has members.
+/// Shares of `size` codevectors, so that the mean distortion per codevector is about equal in all classes (Ramamurthi
+/// and Gersho 1986). At high resolution the distortion of a class of energy `E` in `d` dimensions falls as `E ·
+/// n^(−2/d)`. So `E · n^(−2/d) / n` is equal if `n ∝ E^(d / (d + 2))`. A class with members gets at least one while
+/// there are any. No class gets more than its members.
 #[must_use]
 pub fn shares(energies: &[f64], members: &[usize], size: usize, dimension: usize) -> Vec<usize> {
     let exponent = dimension as f64 / (dimension as f64 + 2.0);
     let mut shares = vec![0; energies.len()];
-    // Those of most energy first, where not every class can have one.
+    // Classes with the most energy first, if there are too few codevectors.
     let mut order: Vec<usize> =
         (0..energies.len()).filter(|c| members[*c] > 0 && energies[*c] > 0.0).collect();
     order.sort_by(|a, b| energies[*b].total_cmp(&energies[*a]).then(a.cmp(b)));
@@ -17,12 +17,12 @@ pub fn shares(energies: &[f64], members: &[usize], size: usize, dimension: usize
         shares[class] = 1;
         left -= 1;
     }
-    // One by one to the class whose codevectors have most to carry: that keeps the shares in proportion.
+    // One by one to the class with the most distortion per codevector. This keeps the shares in proportion.
     while left > 0 {
         let load = |class: &usize| energies[*class].powf(exponent) / (shares[*class] as f64 + 0.5);
         let open = order.iter().filter(|class| shares[**class] < members[**class]);
         let Some(&next) = open.max_by(|a, b| load(a).total_cmp(&load(b)).then(b.cmp(a))) else { break };
-        // In larger steps as long as that makes no difference of more than a hundredth.
+        // In larger steps while the difference is below a hundredth.
         let step = (shares[next] / 100).clamp(1, left).min(members[next] - shares[next]);
         shares[next] += step;
         left -= step;

@@ -1,4 +1,5 @@
-//! From blocks to the codebooks of one table, partition by partition, each on what those before it leave.
+//! From blocks to the codebooks of one table, partition by partition. Each is trained on the remainder of the earlier
+//! ones.
 
 use cvr_core::codec::{Cancelled, Progress};
 use rayon::prelude::*;
@@ -16,17 +17,17 @@ use crate::stream::table::Partition;
 pub struct Training {
     /// Basis of the zones.
     pub transform: Transform,
-    /// Whether blocks are told apart by class.
+    /// Whether blocks are classified.
     pub classification: bool,
-    /// Whether codevectors stay within the zones of their partition.
+    /// Whether codevectors are confined to the zones of their partition.
     pub confined: bool,
     /// Most codebooks of the payload `variable`.
     pub most_books: u32,
-    /// How each codebook is trained.
+    /// Settings of training for each codebook.
     pub recipe: Recipe,
 }
 
-/// Blocks of one table, with their zones' energies.
+/// The blocks of one table, with the energies of their zones.
 #[derive(Debug)]
 pub struct Trainer<'a> {
     /// The blocks.
@@ -35,13 +36,13 @@ pub struct Trainer<'a> {
     energies: Vec<[f64; ZONES]>,
     /// What training may assume.
     pub training: Training,
-    /// Tables that will each have such codebooks.
+    /// Number of tables that will have such codebooks.
     pub copies: f64,
-    /// Bits that all codebooks of all these tables may take: more would never be kept.
+    /// Most bits for all codebooks of all these tables. More would never be kept.
     pub most_bits: f64,
 }
 
-/// What the codebooks so far leave of the blocks.
+/// The remainder of the blocks after the codebooks so far.
 #[derive(Clone, Debug)]
 pub struct State {
     /// 64 values each.
@@ -92,7 +93,7 @@ impl<'a> Trainer<'a> {
         State { residuals, errors }
     }
 
-    /// A codebook for what is left of some blocks.
+    /// A codebook for the remainder of some blocks.
     ///
     /// # Errors
     /// When `run` was cancelled.
@@ -120,7 +121,7 @@ impl<'a> Trainer<'a> {
         Book::train(population, partition, size, &self.training.recipe, run)
     }
 
-    /// Takes the nearest codeword from each of some blocks.
+    /// Subtracts the nearest codeword from each of some blocks.
     pub fn subtract(state: &mut State, book: &Book, members: &[usize]) {
         for members in members.chunks(AT_ONCE) {
             let gathered: Vec<f32> = members
@@ -137,7 +138,7 @@ impl<'a> Trainer<'a> {
         }
     }
 
-    /// One codebook of each partition, of so many codewords at most.
+    /// One codebook of each partition, with at most these sizes.
     ///
     /// # Errors
     /// When `run` was cancelled.
@@ -162,14 +163,14 @@ impl<'a> Trainer<'a> {
         Ok(books)
     }
 
-    /// Whether blocks of a class train a partition's codebook. Where codevectors keep to no zones, all do: those of a class
-    /// that could do without have no chapter, and take part in refining the whole.
+    /// Whether blocks of a class train a partition's codebook. If codevectors are not confined to zones, all do.
+    /// Classes that do not need the partition have no chapter; their blocks take part in refining the whole codebook.
     #[must_use]
     pub fn trains(&self, class: u8, partition: Partition) -> bool {
         !self.training.confined || keeps(class, partition)
     }
 
-    /// The codebook of one partition; all blocks train it where no class keeps the partition.
+    /// The codebook of one partition. If no class keeps the partition, all blocks train it.
     fn partition(
         &self,
         state: &State,
@@ -192,7 +193,7 @@ impl<'a> Trainer<'a> {
         VOXELS as f64 * f64::from(self.training.recipe.entry_bits) * self.copies
     }
 
-    /// The partition in which most of what is left lies.
+    /// The partition with most of the remaining energy.
     #[must_use]
     pub fn leading(&self, state: &State) -> Partition {
         let every = self.sample.len().div_ceil(LEADING_BLOCKS).max(1);

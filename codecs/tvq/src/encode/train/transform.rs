@@ -1,4 +1,4 @@
-//! Orthonormal transforms of a block, and which zone each coefficient lies in.
+//! Orthonormal transforms of a block, and the zone of each coefficient.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -32,12 +32,13 @@ impl Transform {
     }
 }
 
-/// The octants of the cube of coefficients: bit `a` of a zone's number is set where axis `a` is high.
+/// Number of octants of the cube of coefficients. Bit `a` of a zone's number is set if axis `a` is high.
 pub const ZONES: usize = 8;
 
 const N: usize = EDGE as usize;
 
-/// An orthonormal basis of blocks. The first vector is constant: its coefficient is the mean, which is coded by itself.
+/// An orthonormal basis of blocks. The first vector is constant. Its coefficient is the mean, which is coded
+/// separately.
 #[derive(Clone, Debug)]
 pub struct Basis {
     /// Basis vectors, 64 values each.
@@ -47,7 +48,7 @@ pub struct Basis {
 }
 
 impl Basis {
-    /// The basis of a transform; those of the data for `blocks`, 64 values each.
+    /// The basis of a transform. Data-dependent bases are computed from `blocks`, 64 values each.
     #[must_use]
     pub fn new(transform: Transform, blocks: &[f32]) -> Self {
         match transform {
@@ -61,8 +62,8 @@ impl Basis {
         }
     }
 
-    /// Products of three bases of lines. Coefficient `i + 4·j + 16·k` is of vectors `i`, `j`, `k` along x, y, z; 2 and 3
-    /// are high.
+    /// The product of three bases of lines. Coefficient `i + 4·j + 16·k` belongs to the vectors `i`, `j`, `k` along x,
+    /// y, z. Vectors 2 and 3 are high.
     fn separable(axes: [Vec<f64>; 3]) -> Self {
         let place = |i: usize| [i % N, i / N % N, i / N / N];
         let value = |coefficient: usize, voxel: usize| -> f64 {
@@ -74,7 +75,7 @@ impl Basis {
         Self { rows, zones: std::array::from_fn(zone) }
     }
 
-    /// Zones by rank: 8 coefficients each, those of largest variance first, in the order LLL, one high axis, two, three.
+    /// Zones by rank: 8 coefficients each, largest variance first, in the order LLL, one high axis, two, three.
     fn full(vectors: &[f64]) -> Self {
         const ORDER: [usize; ZONES] = [0, 1, 2, 4, 3, 5, 6, 7];
         Self { rows: vectors.to_vec(), zones: std::array::from_fn(|i| ORDER[i / ZONES]) }
@@ -93,7 +94,7 @@ impl Basis {
         std::array::from_fn(|i| dot(&self.rows[i * VOXELS..(i + 1) * VOXELS]))
     }
 
-    /// The block of some coefficients.
+    /// The block with these coefficients.
     #[must_use]
     pub fn inverse(&self, coefficients: &[f64; VOXELS]) -> [f32; VOXELS] {
         let mut block = [0.0_f64; VOXELS];
@@ -139,7 +140,7 @@ fn line_covariance(blocks: &[f32], axis: usize) -> DMatrix<f64> {
 }
 
 fn block_covariance(blocks: &[f32]) -> DMatrix<f64> {
-    // As many blocks as tell 64 × 64 products well.
+    // Enough blocks for reliable estimates of 64 × 64 products.
     let mut sums = DMatrix::zeros(VOXELS, VOXELS);
     let every = (blocks.len() / VOXELS).div_ceil(BASIS_BLOCKS).max(1);
     for block in blocks.chunks_exact(VOXELS).step_by(every) {
@@ -158,10 +159,10 @@ fn add_products(sums: &mut DMatrix<f64>, values: &[f64]) {
     }
 }
 
-/// The constant vector, then the eigenvectors orthogonal to it, of largest eigenvalue first.
+/// The constant vector, then the eigenvectors orthogonal to it, largest eigenvalue first.
 fn eigenvectors(covariance: &DMatrix<f64>) -> Vec<f64> {
     let n = covariance.nrows();
-    // The constant vector has the eigenvalue 0, and would mix with others of that eigenvalue.
+    // The constant vector has eigenvalue 0 and would mix with others of that eigenvalue.
     let trace = covariance.trace().max(f64::MIN_POSITIVE);
     let lifted = covariance / trace + DMatrix::from_element(n, n, 4.0 / n as f64);
     let eigen = SymmetricEigen::new(lifted);

@@ -1,4 +1,4 @@
-//! What the bricks of the payload `variable` take and leave, for every number of codebooks that may be kept.
+//! Bits and errors of the bricks of the payload `variable`, for every number of kept codebooks.
 
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ struct Brick<'a> {
     /// Number of its table, and of the plane there.
     table: usize,
     number: usize,
-    /// First block, blocks along each axis, and those of the domain.
+    /// First block, blocks along each axis, and blocks along each axis of the domain.
     first: [u32; 3],
     cut: [u32; 3],
     size: [u32; 3],
@@ -27,13 +27,13 @@ struct Brick<'a> {
 /// All bricks of a volume.
 pub struct Bricks<'a> {
     bricks: Vec<Brick<'a>>,
-    /// By number of codebooks kept: bits of all but bricks.
+    /// Bits of everything except bricks, by number of kept codebooks.
     fixed: Vec<f64>,
-    /// By table, and by number of codebooks kept: bits of a code.
+    /// Bits of a code, by table and number of kept codebooks.
     widths: Vec<Vec<u32>>,
 }
 
-/// What one brick comes to.
+/// Bits and error of one brick.
 #[derive(Copy, Clone, Default)]
 struct Count {
     error: f64,
@@ -90,8 +90,8 @@ impl<'a> Bricks<'a> {
         }
     }
 
-    /// By number of codebooks kept: bits of everything and squared error, where every block keeps what pays at a price in
-    /// data units.
+    /// Bits of everything and squared error, by number of kept codebooks, if every block keeps the codes that pay at
+    /// `price` (in data units).
     #[must_use]
     pub fn sums(&self, price: f64) -> Vec<Sum> {
         let counts = self.fixed.len();
@@ -123,7 +123,7 @@ impl<'a> Bricks<'a> {
             }
             sums
         };
-        // Parts of a size that does not depend on the machine: sums are rounded in one order.
+        // Parts of a fixed size, so that sums are rounded in the same order on every machine.
         let parts: Vec<Vec<Sum>> = self.bricks.par_chunks(256).map(of_some).collect();
         let mut sums: Vec<Sum> = self.fixed.iter().map(|bits| Sum { bits: *bits, error: 0.0 }).collect();
         for part in parts {
@@ -135,7 +135,7 @@ impl<'a> Bricks<'a> {
         sums
     }
 
-    /// The same where all codebooks are kept, and by table, plane and block so many codes.
+    /// The same if all codebooks are kept, for the given number of codes by table, plane and block.
     #[must_use]
     pub fn sum_of(&self, kept: &[&Vec<Vec<u8>>]) -> Sum {
         let mut sum = Sum { bits: self.fixed.last().copied().unwrap_or(0.0), error: 0.0 };

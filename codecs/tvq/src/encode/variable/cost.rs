@@ -1,4 +1,4 @@
-//! What everything but codes takes under the payload `variable`, and what is to be reached.
+//! Bits of everything except codes with the payload `variable`, and the target.
 
 use super::rate_control::Aim;
 use crate::encode::closed_loop::Plane;
@@ -24,7 +24,7 @@ pub fn bricks(work: &Work<'_>) -> f64 {
     work.domains().map(of_domain).sum()
 }
 
-/// Bits of the means of one plane, whose codes are finer by `shift` bits than what is stored.
+/// Bits of the means of one plane. Their codes are finer than the stored ones by `shift` bits.
 pub fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
     let bricks = size.map(|s| s.div_ceil(BRICK));
     let of_brick = |brick: [u32; 3]| {
@@ -40,7 +40,7 @@ pub fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
     positions(bricks).map(of_brick).sum()
 }
 
-/// What the payload `variable` is to reach; errors in data units.
+/// The target of the payload `variable`. Errors are in data units.
 pub fn aim(work: &Work<'_>) -> Aim {
     match work.options.target {
         Target::Rate(rate) => Aim::Bits(rate * work.samples()),
@@ -52,9 +52,9 @@ pub fn aim(work: &Work<'_>) -> Aim {
     }
 }
 
-/// Without a target: bits of codes, of means and of codebooks. Blocks pay for a codebook: 256 codewords of each partition
-/// where there are blocks enough, and fewer in proportion where there are not. With tables and heads these are no more
-/// than half of the uncompressed volume.
+/// Without a target: bits of codes, of means and of codebooks. Blocks pay for codebooks: 256 codewords of each
+/// partition if there are enough blocks, proportionally fewer if not. With tables and heads these are at most half of
+/// the uncompressed volume.
 pub fn default_bits(work: &Work<'_>) -> [f64; 3] {
     let (blocks, tables) = (work.blocks(), work.tables());
     let share = (blocks / tables / FULL_BLOCKS).min(1.0);

@@ -1,24 +1,24 @@
-//! Means and codes of a frame of the payload `variable` into words, brick by brick.
+//! Writes means and codes of a frame of the payload `variable` as words, brick by brick.
 
 use crate::encode::closed_loop::Plane;
 use crate::stream::bits::{Bits, mean_width};
 use crate::stream::geometry::{BRICK, Geometry, number, positions};
 use crate::stream::table::Table;
 
-/// Bits that the largest of some counts takes.
+/// Bits of the largest of some counts.
 #[must_use]
 pub fn count_bits(counts: impl Iterator<Item = u8>) -> u32 {
     8 - counts.max().unwrap_or(0).leading_zeros()
 }
 
-/// Words of a brick whose blocks keep so many codes of `width` bits in all: planes, means and codes.
+/// Words of a brick whose blocks keep `codes` codes of `width` bits in all: planes, means and codes.
 #[must_use]
 pub const fn brick_words(planes: u32, mean_bits: u32, codes: u32, width: u32) -> u32 {
     2 * planes + (mean_bits + codes * width).div_ceil(32)
 }
 
-/// One frame of the payload `variable`: heads and indices, or `None` where they exceed 2^32 words. `kept[s][c]` says how
-/// many codes each block of `planes[s][c]` keeps.
+/// One frame of the payload `variable`: heads and indices. `None` if they exceed 2^32 words. `kept[s][c]` holds the
+/// number of codes that each block of `planes[s][c]` keeps.
 #[must_use]
 pub fn variable_frame(
     g: &Geometry,

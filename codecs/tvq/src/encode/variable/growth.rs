@@ -1,5 +1,5 @@
-//! Codebooks of the payload `variable`, one after the other: whoever grows a table's list tries codebooks of some sizes and
-//! keeps one, until none is worth its bits.
+//! Grows the codebooks of the payload `variable`, one after another. For each codebook the caller tries some sizes and
+//! keeps one, until no codebook is worth its bits.
 
 use cvr_core::codec::{Cancelled, Progress};
 
@@ -15,7 +15,7 @@ pub struct Growth<'t, 'a> {
     state: State,
     /// Squared error, in units of sums, that a code is worth.
     code_price: f64,
-    /// Whether blocks are measured at all, and whether on a third that trains nothing.
+    /// Whether errors are measured, and whether on a third of the blocks that does not train.
     measured: bool,
     held_out: bool,
     partition: Partition,
@@ -37,16 +37,16 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// Bits of the codebook in all tables that have such.
+    /// Bits of the codebook in all tables that have one.
     pub fn bits(&self, trainer: &Trainer<'_>) -> f64 {
         trainer.codeword_bits() * self.book.size() as f64
     }
 }
 
 impl<'t, 'a> Growth<'t, 'a> {
-    /// No codebook yet; a code is worth `code_price`. With `measured` the growth tells what codebooks do. Where blocks are not
-    /// all there are, a third of them then trains nothing, and codebooks are measured on that third alone: many codewords for
-    /// few blocks then promise no more than they will keep. A codebook that has seen all blocks keeps what it shows on them.
+    /// An empty list. A code is worth `code_price`. With `measured`, errors are measured. If not all blocks are used, a
+    /// third of them does not train, and errors are measured on that third: many codewords for few blocks then look no
+    /// better than they are. With all blocks, errors are measured on the training blocks.
     #[must_use]
     pub fn new(
         trainer: &'t Trainer<'a>,
@@ -61,7 +61,7 @@ impl<'t, 'a> Growth<'t, 'a> {
         Self { trainer, classes, state, code_price, measured, held_out, partition, books }
     }
 
-    /// Blocks that each of the measured ones stands for.
+    /// Number of blocks that each measured block represents.
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.trainer.sample.scale * if self.held_out { 3.0 } else { 1.0 }
@@ -104,7 +104,7 @@ impl<'t, 'a> Growth<'t, 'a> {
         self.shown(&candidate.state)
     }
 
-    /// The blocks for which another codebook would pay, where they are enough for one.
+    /// The blocks for which another codebook would pay, if there are enough for one.
     pub fn open(&mut self) -> Option<Open> {
         let trainer = self.trainer;
         if self.books.len() as u32 >= trainer.training.most_books {
@@ -140,7 +140,7 @@ impl<'t, 'a> Growth<'t, 'a> {
         self.state = candidate.state;
     }
 
-    /// Adds codebooks of such sizes, as far as there are blocks for them.
+    /// Adds codebooks of these sizes, as far as there are blocks for them.
     ///
     /// # Errors
     /// When `run` was cancelled.
@@ -153,8 +153,8 @@ impl<'t, 'a> Growth<'t, 'a> {
         Ok(())
     }
 
-    /// Adds codebooks of at most `size` codewords as long as they pay at `price` (squared error, in units of sums, per
-    /// bit), and tells the errors before all and after each; one that does not pay is halved before the list ends.
+    /// Adds codebooks of at most `size` codewords while they pay at `price` (squared error, in units of sums, per bit).
+    /// A codebook that does not pay is halved before the list ends. Returns the errors before all and after each.
     ///
     /// # Errors
     /// When `run` was cancelled.
@@ -166,7 +166,7 @@ impl<'t, 'a> Growth<'t, 'a> {
     ) -> Result<Vec<Vec<f64>>, Cancelled> {
         let trainer = self.trainer;
         let mut errors = vec![self.errors()];
-        // Cost of each block at its best count of codes so far.
+        // Cost of each block at its best number of codes so far.
         let mut best: Vec<f64> = (0..self.classes.len()).map(|i| self.weighted(&self.state, i)).collect();
         let mut bits = 0.0;
         let mut halvings = 0;
@@ -201,7 +201,7 @@ impl<'t, 'a> Growth<'t, 'a> {
     }
 }
 
-/// Errors by count of codebooks, and then by block, as errors by block, and then by count.
+/// Reorders errors: from first codebook count, then block, to first block, then codebook count.
 #[must_use]
 pub fn by_block(errors: &[Vec<f64>]) -> Vec<f64> {
     let blocks = errors.first().map_or(0, Vec::len);

@@ -1,4 +1,4 @@
-//! The payload `variable`: codebooks as many as pay, and for each block as many codes as pay.
+//! The payload `variable`: as many codebooks as pay, and for each block as many codes as pay.
 
 mod bricks;
 mod cost;
@@ -32,8 +32,8 @@ use growth::Growth;
 use rate_control::{Aim, Settled, Sum, best_counts, settle};
 use search::{Plan, plan};
 
-/// Codebooks and codes of all tables, and how many codes each block keeps. Entries have as many bits as suits these from then
-/// on.
+/// Codebooks and codes of all tables, and the number of codes that each block keeps. Sets the bits of entries that fit
+/// them.
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
@@ -56,19 +56,19 @@ pub fn encode(work: &mut Work<'_>) -> Result<(Sets, Kept), EncodeError> {
         if better {
             best = Some((settled, coded));
         }
-        // What pays at this price is not what the codebooks were made for.
+        // The codebooks were made for another price.
         let off = point.off(settled.price / work.unit().powi(2));
         let missed = matches!(aim, Aim::Error(_)) && !aim.met(settled.sum);
         coarser |= !missed && off.abs() < near;
         let next = match (coarser, missed) {
             (_, true) if !plan.sizes.is_empty() && better => {
-                // Codebooks of these sizes do not reach it: as many as pay.
+                // Codebooks of these sizes miss the target. Add as many as pay.
                 plan.sizes.clear();
                 continue;
             }
-            // Codebooks of given sizes are trained anew as long as that helps.
+            // Codebooks of given sizes are retrained while that helps.
             _ if !plan.sizes.is_empty() && !better => break,
-            // Codebooks for the worst blocks alone may do better than those for all in which a code pays.
+            // Codebooks for only the worst blocks may do better than those for all blocks in which a code pays.
             (true, _) if some && better => COARSER * point.error,
             (true, _) => break,
             (false, true) => FINER * point.error,
@@ -109,7 +109,7 @@ fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
     let training = work.training(false);
     let mean_shift = work.mean_shift(point.of_means());
     let threshold = work.threshold(point.error);
-    // Less than what a code costs, lest a lower price finds blocks without codes.
+    // Below the cost of a code. Otherwise a lower price would find blocks without codes.
     let part = ENOUGH[usize::from(!plan.sizes.is_empty())];
     let enough = part * point.price() * work.unit().powi(2) * f64::from(point.width);
     let mut seed = work.options.training.seed;
@@ -141,7 +141,7 @@ fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
     Ok(sets)
 }
 
-/// How many codes each block keeps, where the first `books` codebooks are kept and a code costs `price`.
+/// The number of codes that each block keeps, if the first `books` codebooks are kept and a code costs `price`.
 fn kept(plane: &Plane, books: usize, price: f64) -> Vec<u8> {
     let prices = vec![price; books + 1];
     let of_block = |errors: &[f32]| {
@@ -210,7 +210,7 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
     Ok(Written { tables, books, frames, notes: notes(work, coded, kept), training })
 }
 
-/// Bits of the whole file, about.
+/// Approximate bits of the whole file.
 pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> f64 {
     let kept: Vec<&Vec<Vec<u8>>> = kept.iter().flatten().collect();
     Bricks::of(work, coded).sum_of(&kept).bits

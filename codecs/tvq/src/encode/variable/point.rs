@@ -1,8 +1,8 @@
-//! What trials vary: the width of codes, and the error at which a bit pays.
+//! Variables of a trial: the width of codes, and the error at which a bit pays.
 
 use crate::encode::tuned::trials::{FARTHEST, OF_MEANS, PRICE};
 
-/// What is sought before all blocks are coded: codes of how many bits, and the error at which a bit pays.
+/// Result of the search before all blocks are coded: bits of a code, and the error at which a bit pays.
 #[derive(Copy, Clone, Debug)]
 pub struct Point {
     pub width: u32,
@@ -16,13 +16,13 @@ impl Point {
         PRICE * self.error * self.error
     }
 
-    /// The error that suits the step of means.
+    /// The error that fits the step of means.
     pub fn of_means(self) -> f64 {
         OF_MEANS * self.error
     }
 
-    /// By how much a bit turns out to be worth more than was assumed: the logarithm of the ratio of the errors at which it
-    /// pays. The price is in units of sums.
+    /// How much more a bit is worth than assumed: the logarithm of the ratio of the errors at which it pays. The price
+    /// is in units of sums.
     pub fn off(self, price: f64) -> f64 {
         ((price / PRICE).sqrt() / self.error).ln().clamp(-FARTHEST, FARTHEST)
     }

@@ -1,10 +1,10 @@
-//! The trade of codes against codebooks: how many codebooks are kept, and at which price a code pays.
+//! Rate control: the number of codebooks to keep, and the price at which a code pays.
 
 use std::cmp::Ordering;
 
 use crate::encode::tuned::rate_control::{COUNTS, HALVINGS, NEAR, REACH};
 
-/// What is to be reached, and by the way the least of the other.
+/// A bound on bits or on error. The other quantity is minimised.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Aim {
     /// Bits of everything, at most.
@@ -13,19 +13,19 @@ pub enum Aim {
     Error(f64),
 }
 
-/// What a price leads to.
+/// Bits and error at a price.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct Sum {
-    /// Of everything.
+    /// Bits of everything.
     pub bits: f64,
     /// Squared error of everything.
     pub error: f64,
 }
 
-/// How many codebooks are kept, what a bit is worth then, and what that leads to.
+/// Number of kept codebooks, price of a bit, and the resulting bits and error.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Settled {
-    /// The first so many.
+    /// Number of codebooks that are kept, from the first on.
     pub books: usize,
     /// Squared error per bit.
     pub price: f64,
@@ -51,13 +51,14 @@ impl Aim {
         }
     }
 
-    /// What is to be least: what was not asked for where the aim is met, else what was.
+    /// The quantity to minimise: the free one if the aim is met, else the bounded one.
     #[must_use]
     pub fn left(self, sum: Sum) -> f64 {
         if matches!(self, Self::Bits(_)) == self.met(sum) { sum.error } else { sum.bits }
     }
 
-    /// The better is less: what meets the aim, of that the least of what was not asked for; else what is nearest to it.
+    /// The better sum is less: among those that meet the aim, the one with less of the free quantity; else the one
+    /// nearest to the aim.
     #[must_use]
     pub fn order(self, a: Sum, b: Sum) -> Ordering {
         let met = self.met(b).cmp(&self.met(a));
@@ -74,10 +75,10 @@ impl Aim {
         self.met(sum) && is >= most * (1.0 - NEAR)
     }
 
-    /// The price on the side of the aim that meets it, next to the one that does not, for what prices lead to; and that
-    /// other price.
+    /// Two neighbouring prices: the one that still meets the aim, and the one that does not. `at` gives the sum at a
+    /// price.
     fn border(self, about: f64, at: impl Fn(f64) -> Sum) -> [f64; 2] {
-        // A high price asks for few bits, a low one for a small error.
+        // A high price gives few bits, a low one a small error.
         let ends = [(about / REACH).ln(), (about * REACH).ln()];
         let [mut met, mut missed] =
             if matches!(self, Self::Bits(_)) { [ends[1], ends[0]] } else { [ends[0], ends[1]] };
@@ -97,13 +98,12 @@ impl Aim {
     }
 }
 
-/// The count of codebooks and the price at which the aim is met best; where it cannot be met, those nearest to it.
-/// `sums(price)[m]` is what a price leads to where the first `m` codebooks are kept, from none to all. The price is about
-/// `about`.
+/// The number of codebooks and the price that meet the aim best, or come nearest to it. `sums(price)[m]` is the sum at
+/// a price if the first `m` codebooks are kept, from none to all. The price lies near `about`.
 ///
-/// Codebooks cost bits whether they are used or not, and the bits of a stream jump with every one of them. So a price of
-/// codes cannot meet an aim alone: with one codebook too many the codes would have to pay for all of it. Along
-/// the lower hull of error over bits (Shoham and Gersho 1988) one price serves both; between its corners counts of
+/// Codebooks cost bits even if they are not used, and the bits of a stream jump with each of them. So the price of
+/// codes alone cannot meet an aim: with one codebook too many, the codes would have to pay for all of it. Along the
+/// lower hull of error over bits (Shoham and Gersho 1988) one price serves both. Between its corners, numbers of
 /// codebooks are tried one by one.
 #[must_use]
 pub fn settle(aim: Aim, about: f64, sums: impl Fn(f64) -> Vec<Sum>) -> Settled {
@@ -125,16 +125,16 @@ pub fn settle(aim: Aim, about: f64, sums: impl Fn(f64) -> Vec<Sum>) -> Settled {
     best.unwrap_or_else(|| of_count(0))
 }
 
-/// The price at which the aim is met best with all of `books` codebooks.
+/// The price that meets the aim best with all `books` codebooks.
 #[must_use]
 pub fn settle_all(aim: Aim, books: usize, about: f64, sum: impl Fn(f64) -> Sum) -> Settled {
     let [price, _] = aim.border(about.clamp(1e-200, 1e200), &sum);
     Settled { books, price, sum: sum(price) }
 }
 
-/// For each number `m` of codebooks, from none to all, how many of its first `m` codes a block keeps, and its error then:
-/// the least of `error + price · codes`, of equal ones the fewest codes. `errors[n]` is what `n` codes leave, `prices[m]` the
-/// price of a code where `m` codebooks are kept.
+/// For each number `m` of codebooks, from none to all: how many of its first `m` codes a block keeps, and its error
+/// then. It minimises `error + price · codes`; of equal ones, the fewest codes. `errors[n]` is the error with `n`
+/// codes. `prices[m]` is the price of a code if `m` codebooks are kept.
 pub fn best_counts(errors: impl Fn(usize) -> f64, prices: &[f64], mut each: impl FnMut(usize, usize, f64)) {
     let (mut count, mut least) = (0, f64::INFINITY);
     for (m, price) in prices.iter().enumerate() {
@@ -157,7 +157,7 @@ pub fn best_counts(errors: impl Fn(usize) -> f64, prices: &[f64], mut each: impl
 mod tests {
     use super::*;
 
-    /// Blocks of a few kinds: the first codebook alone gains little, the second much, the third nothing.
+    /// A few kinds of blocks: the first codebook alone gains little, the second much, the third nothing.
     fn sums(price: f64) -> Vec<Sum> {
         let kinds: [([f64; 4], f64); 3] =
             [([90.0, 80.0, 10.0, 10.0], 20.0), ([50.0, 45.0, 30.0, 30.0], 10.0), ([1.0; 4], 100.0)];
@@ -184,12 +184,13 @@ mod tests {
         };
         assert_eq!((of(0.1), of(1.0), of(4.0)), (vec![0, 1, 2], vec![0, 1, 1], vec![0, 0, 0]));
         let mut counts = Vec::new();
-        // Codes of a wider codebook cost more, and so do then those before it.
+        // Codes of a wider codebook cost more, and then so do the earlier ones.
         best_counts(|n| [9.0, 6.0, 5.5][n], &[1.0, 1.0, 4.0], |_, count, _| counts.push(count));
         assert_eq!(counts, [0, 1, 0]);
     }
 
-    /// With all three codebooks 150 bits are gone before the first code: whoever cannot drop one keeps no code at 200.
+    /// With all three codebooks 150 bits are used before the first code. If none could be dropped, no code would be
+    /// kept at 200.
     #[test]
     fn codebooks_that_are_not_worth_their_bits_are_dropped() {
         let settled = settle(Aim::Bits(340.0), 1.0, sums);
@@ -200,7 +201,7 @@ mod tests {
         assert_eq!((settled.books, settled.sum.bits), (2, 340.0));
     }
 
-    /// Whatever the first guess at a price, and more bits never leave a larger error.
+    /// For any first guess of a price, more bits never give a larger error.
     #[test]
     fn more_bits_never_harm() {
         let mut last = f64::INFINITY;

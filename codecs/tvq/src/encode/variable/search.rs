@@ -1,4 +1,5 @@
-//! What is sought before all blocks are coded: trials on few blocks tell how wide codes are, and at which error one pays.
+//! The search before all blocks are coded. Trials on few blocks give the width of codes, and the error at which a code
+//! pays.
 
 use cvr_core::codec::EncodeError;
 
@@ -17,20 +18,20 @@ use crate::encode::tuned::trials::{
 use crate::encode::work::{COARSE, Work};
 use crate::settings::Target;
 
-/// Bits of an entry where those of a rule leave an error that codes cannot mend.
+/// Bits of an entry if coarse entries leave too large an error.
 const FINE: u32 = 16;
 
-/// What is sought before all blocks are coded.
+/// Result of the search.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub point: Point,
-    /// Codewords of each codebook; none, where codebooks are added as long as they pay.
+    /// Codewords of each codebook. Empty if codebooks are added while they pay.
     pub sizes: Vec<usize>,
     /// Bits of an entry.
     pub entry_bits: u32,
 }
 
-/// Bits of a code and of an entry and the error at which a bit pays, such that the target is met.
+/// Bits of a code and of an entry, and the error at which a bit pays, so that the target is met.
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
@@ -52,8 +53,8 @@ pub fn plan(work: &Work<'_>) -> Result<Plan, EncodeError> {
     Ok(finer.map_or_else(|| of(found, COARSE), |trial| of(trial, FINE)))
 }
 
-/// The best trial with fine entries, if it leaves enough less than one with coarse entries. Fewer codewords are as dear, so
-/// that the width below is tried beside the one that suits the coarse.
+/// The best trial with fine entries, if its error is enough below that with coarse entries. Fine entries make codewords
+/// more expensive, so the next smaller width is tried as well.
 fn finer(overview: &mut Overview<'_, '_>, found: &Trial) -> Result<Option<Trial>, EncodeError> {
     let asked = overview.aim;
     // Few blocks are led to an error by rates: see `of_error`.
@@ -140,13 +141,13 @@ fn search(overview: &mut Overview<'_, '_>) -> Result<Trial, EncodeError> {
     if anew { overview.find(best.point, OF_WIDTH) } else { Ok(best) }
 }
 
-/// Of trials about as good as each other the widest: fewer codes are fewer fetches.
+/// The widest of trials that are about equally good: fewer codes are fewer fetches.
 fn widest_of(good: Vec<Trial>) -> Option<Trial> {
     good.into_iter().max_by_key(|t| t.point.width)
 }
 
-/// The greatest width that there are blocks for, and bits for a codebook; the widest take too long on many blocks, and do not
-/// pay there.
+/// The greatest width for which there are enough blocks, and bits for a codebook. With many blocks, the widest codes
+/// take too long and do not pay.
 fn widest(overview: &Overview<'_, '_>) -> u32 {
     let blocks = overview.work.blocks() / overview.work.tables();
     let payable = (overview.aim.most_bits() / overview.trainer.codeword_bits()).max(2.0).log2();
@@ -160,15 +161,14 @@ fn widest(overview: &Overview<'_, '_>) -> u32 {
 #[derive(Copy, Clone, PartialEq)]
 enum Widths {
     All,
-    /// One, and those beside it.
+    /// One width, and its neighbours.
     Near,
     /// One.
     Given,
 }
 
-/// The best trial under an aim of bits, where codebooks are few and one more does not fit as often as not, so that each
-/// width has a price of its own: every second width, each from the price that suited the one before it, then those beside the
-/// best.
+/// The best trial for an aim of bits with few codebooks. One more codebook often does not fit, so each width has its
+/// own price. Every second width is tried, each from the price of the one before it, then the neighbours of the best.
 fn best_width(overview: &Overview<'_, '_>, begin: Point, widths: Widths) -> Result<Trial, EncodeError> {
     let order = |a: &Trial, b: &Trial| overview.aim.order(a.settled.sum, b.settled.sum);
     let mut trials: Vec<(u32, Trial)> = Vec::new();
@@ -192,7 +192,7 @@ fn best_width(overview: &Overview<'_, '_>, begin: Point, widths: Widths) -> Resu
         for width in (first + 2..=widest).step_by(2) {
             error = at(width, error, &mut trials)?;
         }
-        // Narrower ones as long as they are better.
+        // Narrower widths while they are better.
         let mut width = first;
         while width > 2 && best_of(&trials).0 == width {
             width -= 2;
@@ -207,7 +207,7 @@ fn best_width(overview: &Overview<'_, '_>, begin: Point, widths: Widths) -> Resu
     widest_of(overview.good(trials)).ok_or(EncodeError::Unsupported("no trial".to_owned()))
 }
 
-/// The best trial of about the fewest bits that leave no more than so much error, if any does that was tried.
+/// Of the tried points whose error is small enough, the best trial with about the fewest bits.
 fn of_error(
     overview: &mut Overview<'_, '_>,
     mut begin: Point,
@@ -216,7 +216,8 @@ fn of_error(
 ) -> Result<Option<Trial>, EncodeError> {
     let work = overview.work;
     let mut bits = fixed_bits(work, 3, 0.0) + default_bits(work).iter().sum::<f64>();
-    // Logarithms of bits, and of the error over what is allowed: of what missed it, of what reached it, and of the last.
+    // Logarithms of bits, and of the error over the target: of a point that missed, of one that reached it, and of the
+    // last.
     let mut missed: Option<[f64; 2]> = None;
     let mut reached: Option<([f64; 2], Trial)> = None;
     let mut last: Option<[f64; 2]> = None;

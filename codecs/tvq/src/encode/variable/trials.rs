@@ -1,4 +1,4 @@
-//! Trials on few blocks: what codebooks for an error at which a bit pays lead to, and which such error suits a width.
+//! Trials on few blocks: the result of codebooks for an error at which a bit pays, and the best such error for a width.
 
 use cvr_core::codec::EncodeError;
 
@@ -21,25 +21,26 @@ pub struct Overview<'a, 'w> {
     pub means: &'a [Vec<Plane>],
     /// Errors in units of sums.
     pub aim: Aim,
-    /// Whether codebooks are chosen one by one by what the aim leaves, where that takes little time.
+    /// Whether codebooks are chosen one by one, by the quantity that the aim leaves free. Only if that takes little
+    /// time.
     pub by_aim: bool,
 }
 
-/// One trial, and what it leads to; prices and errors in units of sums.
+/// A trial with its result. Prices and errors are in units of sums.
 #[derive(Clone, Debug)]
 pub struct Trial {
     pub point: Point,
     pub settled: Settled,
-    /// Codewords of each codebook, where they were chosen one by one.
+    /// Codewords of each codebook, if they were chosen one by one.
     pub sizes: Vec<usize>,
 }
 
-/// What does not depend on the price of codes.
+/// Bits and errors that do not depend on the price of codes.
 struct Beside {
     width: u32,
     /// Bits of all means.
     means: f64,
-    /// Blocks that each measured one stands for.
+    /// Number of blocks that each measured block represents.
     scale: f64,
 }
 
@@ -52,10 +53,10 @@ impl Overview<'_, '_> {
             .sum()
     }
 
-    /// Bits of everything and squared error, where so many codebooks of so many codewords are kept, and `blocks` measured blocks
-    /// come to what was found.
+    /// Bits of everything and squared error, if `count` codebooks with `codewords` codewords are kept. `found` is the
+    /// result of `blocks` measured blocks.
     fn sum(&self, beside: &Beside, (count, codewords): (usize, usize), found: Found, blocks: usize) -> Sum {
-        // Blocks with codes lie together: about half the bricks that could hold one each do.
+        // Blocks with codes are clustered: about half of the bricks that could hold one do.
         let planes = f64::from(2 * 32 * (usize::BITS - count.leading_zeros()));
         let planes = bricks(self.work) * planes * (2.0 * found.open as f64 / blocks.max(1) as f64).min(1.0);
         let codes = found.codes as f64 * f64::from(beside.width) * beside.scale;
@@ -63,7 +64,7 @@ impl Overview<'_, '_> {
         Sum { bits: beside.means + fixed + codes + planes, error: found.error * beside.scale }
     }
 
-    /// What codebooks for a point lead to where the aim is met as well as they can.
+    /// The result of codebooks for a point, with the aim met as well as possible.
     pub fn trial(&self, point: Point) -> Result<Trial, EncodeError> {
         let work = self.work;
         let shift = work.mean_shift(point.of_means());
@@ -88,7 +89,7 @@ impl Overview<'_, '_> {
         Ok(Trial { point, settled: settle(self.aim, point.price(), sums), sizes: Vec::new() })
     }
 
-    /// Codebooks as long as the aim is met better with another, of the size that serves it best: full, or a part.
+    /// Adds codebooks while another one meets the aim better. Each has the best size: full, or a fraction.
     fn one_by_one(
         &self,
         mut point: Point,
@@ -129,7 +130,7 @@ impl Overview<'_, '_> {
                 }
                 let candidate = growth.candidate(&open, size, self.work.run)?;
                 errors.push(growth.errors_with(&candidate));
-                // The first codebook is the largest: all codes are as wide as its own.
+                // The first codebook is the largest. All codes have its width.
                 let width = if sizes.is_empty() { candidate.book.width() } else { width };
                 let now = settled(&errors, codewords + candidate.book.size(), width);
                 errors.pop();
@@ -158,11 +159,11 @@ impl Overview<'_, '_> {
         Ok(Trial { point, settled: best, sizes })
     }
 
-    /// The error at which a bit pays such that the aim is met best, for codes of one width, in at most so many trials. Of errors
-    /// that do about as well, the one at which a bit turns out to be worth what was assumed.
+    /// The error at which a bit pays that meets the aim best, for codes of one width, in at most `most` trials. Of
+    /// about equally good errors, the one whose assumed value of a bit is correct.
     pub fn find(&self, mut point: Point, most: usize) -> Result<Trial, EncodeError> {
         let mut trials: Vec<Trial> = Vec::new();
-        // Logarithm of the error at which a bit pays, and by how much it turns out to be off, which falls.
+        // Logarithm of the error at which a bit pays, and its deviation, which decreases.
         let mut known: Vec<(f64, f64)> = Vec::new();
         for _ in 0..most {
             let trial = self.trial(point)?;
@@ -187,8 +188,8 @@ impl Overview<'_, '_> {
         good.into_iter().next().ok_or(EncodeError::Unsupported("no trial".to_owned()))
     }
 
-    /// The trials that do about as well as the best of them. Bits that are left over are worth nothing, nor is less error
-    /// than was asked for.
+    /// The trials that are about as good as the best. Unused bits have no value, and neither has less error than the
+    /// target.
     pub fn good(&self, mut trials: Vec<Trial>) -> Vec<Trial> {
         let aim = self.aim;
         let factor = if self.by_aim { AS_GOOD } else { ABOUT_AS_GOOD };
@@ -201,7 +202,7 @@ impl Overview<'_, '_> {
     }
 }
 
-/// What measured blocks come to.
+/// Result of the measured blocks.
 #[derive(Copy, Clone, Default)]
 struct Found {
     error: f64,
@@ -217,13 +218,13 @@ impl Found {
     }
 }
 
-/// By count of codebooks, from none to all, their codewords.
+/// Number of codewords, by number of codebooks, from none to all.
 fn counted(books: &[Book]) -> Vec<usize> {
     (0..=books.len()).map(|m| books.iter().take(m).map(Book::size).sum()).collect()
 }
 
-/// Between the two known points nearest to zero on either side, where there are such: of pairs of a place and a value that
-/// falls.
+/// The zero, interpolated between the two nearest known points on either side, if there are two. Each is a place and a
+/// value; values decrease.
 fn near_zero(known: &[(f64, f64)]) -> Option<f64> {
     let before = known.iter().filter(|k| k.1 > 0.0).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let after = known.iter().filter(|k| k.1 <= 0.0).min_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -7,7 +7,7 @@ use crate::pipeline::keys::number::{AZIMUTH, ELEVATION, FIELD_OF_VIEW, ROLL, ZOO
 use crate::pipeline::read::Fields;
 use crate::render::{Camera, Projection};
 
-/// From where a scene is seen.
+/// Reads the camera of a scene.
 pub(super) fn read(node: &Node) -> Result<Camera, Diagnostic> {
     let fields = Fields::of("the camera", node, &keys::scene::camera().names())?;
     let projections = [("perspective", Projection::Perspective), ("orthographic", Projection::Orthographic)];

@@ -4,7 +4,7 @@ use crate::diagnostic::Diagnostic;
 use crate::pipeline::document::{Node, Value};
 use crate::pipeline::scene::FrameRange;
 
-/// A frame, or the first and the last of a range.
+/// Reads a frame, or the first and last frame of a range.
 pub(super) fn read(node: &Node) -> Result<FrameRange, Diagnostic> {
     let number = |node: &Node| {
         let frame = node.integer(0, i64::from(u32::MAX), "a number of a frame, counted from 0")?;

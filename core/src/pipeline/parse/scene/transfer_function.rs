@@ -7,7 +7,7 @@ use crate::pipeline::read::Fields;
 use crate::pipeline::scene::TransferDomain;
 use crate::render::{ControlPoint, Preset, TransferFunction};
 
-/// Control points, and what their values mean.
+/// Reads control points and the meaning of their values.
 pub(super) fn read(fields: &Fields<'_>) -> Result<(Vec<ControlPoint>, TransferDomain), Diagnostic> {
     let domains = [TransferDomain::Data, TransferDomain::Range].map(|domain| (domain.name(), domain));
     let domain = fields.optional("transfer_function_domain", |n| n.one_of("domain", &domains))?;

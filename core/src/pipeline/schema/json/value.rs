@@ -1,4 +1,4 @@
-//! JSON whose objects keep the order in which they were written, whatever features other crates ask of `serde_json`.
+//! JSON whose objects keep the order of insertion, with any feature set of `serde_json`.
 
 use serde::ser::{Serialize, SerializeMap as _, Serializer};
 
@@ -15,12 +15,12 @@ impl Json {
         Self::Object(Vec::new())
     }
 
-    /// With one member more. What is no object becomes one.
+    /// Adds a member. A value that is not an object becomes one.
     pub fn with(self, name: &str, value: impl Into<Self>) -> Self {
         self.merged(Self::Object(vec![(name.to_owned(), value.into())]))
     }
 
-    /// With the members of another object behind its own, but for those that it has.
+    /// Appends the members of another object, except those that it already has.
     pub fn merged(self, other: Self) -> Self {
         let members = |value| match value {
             Self::Object(members) => members,
