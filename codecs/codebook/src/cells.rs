@@ -74,7 +74,7 @@ impl Cells {
         })
     }
 
-    /// The member that adds most to the distortion; of several the first.
+    /// The member that adds most to the distortion, the first of equals.
     pub(crate) fn worst(&self, k: usize, vectors: &Vectors, nearest: &[Nearest]) -> Option<usize> {
         let share = |i: &u32| vectors.weight(*i as usize) * nearest[*i as usize].distance;
         let worst = self.members(k).iter().rev().max_by(|a, b| share(a).total_cmp(&share(b)));

@@ -51,7 +51,7 @@ impl Scale {
         (Quantiser::of_stream(bits, -unit * (1_u32 << (bits - 1)) as f32, unit).unwrap(), scale)
     }
 
-    /// Most that an exponent may be: sums of all codebooks stay within 32 bits.
+    /// Largest exponent. With it, sums of all codebooks stay within 32 bits.
     const fn most_exponent(entry_bits: u32) -> u32 {
         26 - VALUE_BITS - if entry_bits == 16 { 7 } else { 0 }
     }
@@ -91,7 +91,7 @@ impl Scale {
         Self::of_form((byte as u32) << AT)
     }
 
-    /// Whether entries of so many bits may have it.
+    /// Whether entries of `entry_bits` bits may have it.
     #[must_use]
     pub const fn fits(self, entry_bits: u32) -> bool {
         self.exponent <= Self::most_exponent(entry_bits)

@@ -173,7 +173,8 @@ impl<'a> Search<'a> {
             if wanted == 1 {
                 nearest.push(self.decide(row, candidates));
             } else {
-                let mut all: Vec<Nearest> = candidates.indices().map(|index| self.measured(row, index)).collect();
+                let mut all: Vec<Nearest> =
+                    candidates.indices().map(|index| self.measured(row, index)).collect();
                 // Stable, so that of equally near ones the first comes first.
                 all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
                 nearest.extend(&all[..wanted]);
@@ -207,7 +208,8 @@ mod tests {
 
     /// All codewords, nearest first.
     fn by_hand(codebook: &Codebook, row: &[f32], mask: Option<&[bool]>) -> Vec<Nearest> {
-        let measured = |k: usize| Nearest { index: k as u32, distance: squared(row, codebook.codeword(k), mask) };
+        let measured =
+            |k: usize| Nearest { index: k as u32, distance: squared(row, codebook.codeword(k), mask) };
         let mut all: Vec<Nearest> = (0..codebook.size()).map(measured).collect();
         all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         all

@@ -161,7 +161,9 @@ mod tests {
 
     #[test]
     fn values_lie_side_by_side() {
-        for (entries, all) in [(Entries::Bits8, [-128, 127, 0, 5, -1]), (Entries::Bits16, [-32768, 32767, 0, 5, -1])] {
+        for (entries, all) in
+            [(Entries::Bits8, [-128, 127, 0, 5, -1]), (Entries::Bits16, [-32768, 32767, 0, 5, -1])]
+        {
             let mut words = [0; 3];
             all.into_iter().enumerate().for_each(|(i, value)| set(entries, &mut words, i, 0, value));
             assert_eq!([0, 1, 2, 3, 4].map(|i| centred(entries, &words, i, 0)), all);

@@ -43,7 +43,7 @@ fn levels(stages: u8, resolutions: u8) -> Vec<Level> {
     full.chain((1..resolutions).map(|resolution| Level { resolution, stages: end(resolution) })).collect()
 }
 
-/// Name of a path, whether by `fetch_cell` if by a snippet at all, and what is stated.
+/// Name of a path; for a snippet, whether it uses `fetch_cell`; and the stated agreement.
 type Path = (&'static str, Option<bool>, Agreement);
 
 fn at_level(

@@ -3,9 +3,10 @@
 //!
 //! `CVR_DATA=folder cargo run --release -p cvr-tvq --example measure -- bonsai,mr_vs payload=fixed rate=0.4,0.75`
 //!
-//! A setting of several values, separated by commas, is tried with each. `bonsai@64` is the cube of 64³ voxels in the middle
-//! of bonsai: how time grows with voxels. `sheet@48` are the volumes of the stability atlas of that name and edge, at every
-//! step of its dial; `atlas@48` are all of them. Memory is the most that this process has held so far (Linux).
+//! A setting with several values, separated by commas, is tried with each. `bonsai@64` is the central cube of 64³
+//! voxels of bonsai; with it, time can be compared for different sizes. `sheet@48` are the volumes of the stability
+//! atlas with that name and edge, at every dial step. `atlas@48` are all of them. Memory is the maximum of this process
+//! so far (Linux).
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,14 +21,14 @@ use cvr_core::volume::{
 
 use crate::real::{NAMES, cpu_time, folder, volume_of};
 
-/// The most memory that this process has held, in MiB; 0 where the system does not tell.
+/// Peak memory of this process in MiB. 0 if the system does not report it.
 fn peak_mib() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok()).unwrap_or(0) / 1024
 }
 
-/// The cube of `edge` voxels in the middle of a scalar volume of bytes.
+/// The central cube of `edge` voxels of a scalar volume of bytes.
 fn middle(volume: &FiniteVolume, edge: u32) -> FiniteVolume {
     let extent = volume.layout().extent.to_array();
     let origin = extent.map(|e| (e - edge) / 2);
@@ -39,7 +40,7 @@ fn middle(volume: &FiniteVolume, edge: u32) -> FiniteVolume {
     FiniteVolume::new(DenseVolume::new(layout, samples).unwrap())
 }
 
-/// The volumes that a name on the command line stands for, with names of their own.
+/// The volumes of a name on the command line, with their own names.
 fn volumes(folder: &Path, name: &str) -> Vec<(String, FiniteVolume)> {
     let Some((whole, edge)) = name.split_once('@') else {
         return vec![(name.to_owned(), volume_of(folder, name))];
@@ -56,7 +57,7 @@ fn volumes(folder: &Path, name: &str) -> Vec<(String, FiniteVolume)> {
     subjects.into_iter().flat_map(steps).collect()
 }
 
-/// PSNR in dB and bits per sample of the whole file, printed as a row.
+/// Prints PSNR in dB and bits per sample of the whole file as a row.
 fn measure(codec: &dyn Codec, name: &str, volume: &FiniteVolume, pairs: &[(String, String)], verbose: bool) {
     let settings: Settings =
         pairs.iter().map(|(name, value)| (name.clone(), SettingValue::from(value.as_str()))).collect();

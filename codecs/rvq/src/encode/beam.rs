@@ -72,7 +72,8 @@ impl<'a> Coder<'a> {
     pub fn code<'m>(&self, rows: &[f32], inside: impl Fn(usize) -> Option<&'m [bool]>) -> Vec<u32> {
         let dimension = self.stages[0].codebook.dimension();
         let parts = rows.chunks(BLOCKS * dimension).enumerate();
-        let coded = parts.flat_map(|(part, rows)| self.part(rows, dimension, |block| inside(part * BLOCKS + block)));
+        let coded =
+            parts.flat_map(|(part, rows)| self.part(rows, dimension, |block| inside(part * BLOCKS + block)));
         coded.flat_map(|codes| self.of_stages(codes)).collect()
     }
 
@@ -97,7 +98,12 @@ impl<'a> Coder<'a> {
     }
 
     /// The codes of each of a few blocks.
-    fn part<'m>(&self, rows: &[f32], dimension: usize, inside: impl Fn(usize) -> Option<&'m [bool]>) -> Vec<Codes> {
+    fn part<'m>(
+        &self,
+        rows: &[f32],
+        dimension: usize,
+        inside: impl Fn(usize) -> Option<&'m [bool]>,
+    ) -> Vec<Codes> {
         let count = rows.len() / dimension;
         let start = |block| Path { block, codes: Codes::default(), error: f64::INFINITY };
         let mut paths: Vec<Path> = (0..count).map(start).collect();
@@ -139,7 +145,9 @@ impl<'a> Coder<'a> {
                     next.push(Path { block, codes, error });
                     if !last {
                         let codeword = stage.codebook.codeword(index as usize);
-                        next_sums.extend(sums[path * dimension..][..dimension].iter().zip(codeword).map(|(s, c)| s + c));
+                        next_sums.extend(
+                            sums[path * dimension..][..dimension].iter().zip(codeword).map(|(s, c)| s + c),
+                        );
                     }
                 }
             }
@@ -161,7 +169,8 @@ mod tests {
     /// The nearest first codeword leaves what the second stage cannot fit.
     #[test]
     fn a_beam_finds_a_sum_that_the_nearest_codeword_misses() {
-        let stages = [Stage::of(&[10.0, 20.0], 1, Entries::Bits16), Stage::of(&[0.0, -6.0], 1, Entries::Bits16)];
+        let stages =
+            [Stage::of(&[10.0, 20.0], 1, Entries::Bits16), Stage::of(&[0.0, -6.0], 1, Entries::Bits16)];
         let code = |beam| Coder::new(&stages, beam).code(&[14.0, 10.0], |_| None);
         assert_eq!(code(1), [0, 0, 0, 0]);
         assert_eq!(code(2), [1, 1, 0, 0]);
@@ -172,7 +181,10 @@ mod tests {
     /// The second stage fits the value outside, at the cost of the one inside.
     #[test]
     fn no_stage_raises_the_error_in_the_volume() {
-        let stages = [Stage::of(&[10.0, 10.0], 2, Entries::Bits16), Stage::of(&[0.0, 0.0, 3.0, 20.0], 2, Entries::Bits16)];
+        let stages = [
+            Stage::of(&[10.0, 10.0], 2, Entries::Bits16),
+            Stage::of(&[0.0, 0.0, 3.0, 20.0], 2, Entries::Bits16),
+        ];
         let coder = Coder::new(&stages, 2);
         assert_eq!(coder.code(&[10.0, 30.0], |_| None), [0, 1]);
         assert_eq!(coder.code(&[10.0, 30.0], |_| Some(&[true, false][..])), [0, 0]);

@@ -14,7 +14,9 @@ use cvr_core::kit::{BlockRow, Measured, code_frame, value_range};
 use cvr_core::volume::{BrickSource, FrameIndex, VolumeLayout};
 
 use crate::settings::Options;
-use crate::stream::{BASE, CODEBOOK, Entries, Geometry, INDEX, Parameters, TOP, Table, TrainingRecord, block};
+use crate::stream::{
+    BASE, CODEBOOK, Entries, Geometry, INDEX, Parameters, TOP, Table, TrainingRecord, block,
+};
 use beam::Coder;
 use stage::Stage;
 
@@ -56,7 +58,8 @@ impl Encoder for RvqEncoder {
             .map_err(EncodeError::Unsupported)?;
         let codewords = options.codewords.unwrap_or_else(|| sizes::automatic(&layout, options, entries));
         let mut tables = Vec::new();
-        for (frames, seed) in options.training.served(layout.frames).into_iter().zip(options.training.seed..) {
+        for (frames, seed) in options.training.served(layout.frames).into_iter().zip(options.training.seed..)
+        {
             let draw = options.training.draw;
             let count = options.training.training_blocks;
             let mut vectors = draw.vectors(source, block(0), frames, count, seed, run)?;
@@ -105,7 +108,8 @@ impl RvqEncoder {
             stages.push(stage);
         }
         drop(left);
-        let refinement = refine::jointly(&vectors, &mut stages, entries, (options.beam, options.refinement), run)?;
+        let refinement =
+            refine::jointly(&vectors, &mut stages, entries, (options.beam, options.refinement), run)?;
         Ok(Trained { stages, blocks, refinement })
     }
 
@@ -135,7 +139,9 @@ impl Trained {
 fn notes(tables: &[Table], asked: u32) -> Vec<String> {
     let fewest = tables.iter().flat_map(|t| &t.codewords).copied().min().unwrap_or(0);
     let note = || {
-        format!("{fewest} codewords serve a stage where {asked} were asked for: the training blocks differ no more there")
+        format!(
+            "{fewest} codewords serve a stage where {asked} were asked for: the training blocks differ no more there"
+        )
     };
     (fewest < asked).then(note).into_iter().collect()
 }

@@ -89,8 +89,7 @@ fn moved(stages: &[Stage], coded: Coded, entries: Entries) -> Vec<Stage> {
             }
             old.zip(cells.mean(k, &left)).map(|(old, left)| old + left).collect()
         };
-        let values: Vec<f64> =
-            (0..stage.codebook.size()).into_par_iter().flat_map_iter(codeword).collect();
+        let values: Vec<f64> = (0..stage.codebook.size()).into_par_iter().flat_map_iter(codeword).collect();
         let new = Stage::of(&values, dimension, entries);
         let of_stage: Vec<u32> = of_stage.collect();
         let rows = left.values_mut().par_chunks_exact_mut(dimension);

@@ -76,7 +76,8 @@ impl Stage {
     pub fn of(values: &[f64], dimension: usize, entries: Entries) -> Self {
         let bits = entries.code_bits();
         let (quantiser, scale) = Scale::entries(bits, reach(values, bits));
-        let stored: Vec<f64> = values.iter().enumerate().map(|(i, v)| stored(quantiser, entries, i % 3, *v)).collect();
+        let stored: Vec<f64> =
+            values.iter().enumerate().map(|(i, v)| stored(quantiser, entries, i % 3, *v)).collect();
         Self { codebook: Codebook::one_for_each(&stored, dimension, quantiser), scale }
     }
 

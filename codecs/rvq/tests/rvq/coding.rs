@@ -4,9 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use cvr_codec_tests::{bytes, hash, settings};
-use cvr_core::codec::{
-    Codec as _, EncodeError, Progress, decode_frame, encode_file, encode_temporary,
-};
+use cvr_core::codec::{Codec as _, EncodeError, Progress, decode_frame, encode_file, encode_temporary};
 use cvr_core::container::{Element, EncodedVolume};
 use cvr_core::volume::{FiniteVolume, FrameIndex, NoReferences, Replaced};
 use cvr_rvq::Rvq;

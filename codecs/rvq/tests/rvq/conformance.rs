@@ -21,7 +21,8 @@ fn the_default_passes() {
 /// Scales of more than 12 stages, codes of 7 bits in two words, entries of 16 bits, scales from a buffer.
 #[test]
 fn many_stages_and_tables_per_frame_pass() {
-    let pairs = [("entries", "16"), ("stages", "13"), ("codewords", "70"), ("tables", "per-frame"), ("beam", "1")];
+    let pairs =
+        [("entries", "16"), ("stages", "13"), ("codewords", "70"), ("tables", "per-frame"), ("beam", "1")];
     passes(&[settings(&pairs)], true);
 }
 

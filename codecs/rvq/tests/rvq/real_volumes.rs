@@ -35,7 +35,9 @@ fn measured(name: &str, pairs: &[(&str, &str)]) -> Option<(f64, f64)> {
 /// Greedy stages of 256 codewords in 16 bits reach what FAISS's do, with codes of as many bits.
 fn reaches(name: &str, stages: &str, (bits, psnr): (f64, f64)) {
     let greedy = [("codewords", "256"), ("entries", "16"), ("beam", "1"), ("refinement", "0")];
-    let Some((own, own_bits)) = measured(name, &[&greedy[..], &[("stages", stages)]].concat()) else { return };
+    let Some((own, own_bits)) = measured(name, &[&greedy[..], &[("stages", stages)]].concat()) else {
+        return;
+    };
     println!("{name} {stages} × 256: {own:.3} dB at {own_bits:.3} bits of codes, FAISS {psnr} at {bits}");
     assert!(own >= psnr, "{name}: {own} dB, FAISS reaches {psnr}");
     assert!(own_bits <= bits + 0.001, "{name}: {own_bits} bits, FAISS's {bits}");
