@@ -1,14 +1,22 @@
 // Voxels and cells out of codes and codewords: the twin of decode.rs.
 //
-// Constants: rvq_grid (vec3<u32>), rvq_channels, rvq_all_stages, rvq_codewords, rvq_index_bits, rvq_form (0 = entries of 8
+// Constants: rvq_grid (vec3<u32>), rvq_channels, rvq_all_stages, rvq_codewords, rvq_index_bits, rvq_block_bits (those of all codes
+// of a block), rvq_form (0 = entries of 8
 // bits, 1 = 16, 2 = 11-11-10), rvq_firsts (vec3<u32>: first entry of the codewords of each resolution), rvq_one_table,
 // rvq_scales_low (vec3<u32>) and rvq_scales_high (the scales of the only table), rvq_offset, rvq_unit.
 // Resources: rvq_index, rvq_codebook, rvq_scales.
 
+// Codes of a block: the first lies in bits `shift` and above of word `word`. All of them, if they take 64 bits at most.
+struct rvq_Codes {
+    word: u32,
+    shift: u32,
+    record: vec2<u32>,
+}
+
 // The blocks at both ends of a cell's row along x.
 struct rvq_Row {
-    low: u32,
-    high: u32,
+    low: rvq_Codes,
+    high: rvq_Codes,
 }
 
 fn rvq_value(sum: i32) -> f32 {
@@ -44,17 +52,53 @@ fn rvq_units(stage: u32) -> i32 {
     return i32(((8u + ((scale >> 5u) & 7u)) << (scale & 31u)) >> 3u);
 }
 
-fn rvq_number(block: vec3<u32>) -> u32 {
-    return ((block.z * rvq_grid.y + block.y) * rvq_grid.x + block.x) * rvq_all_stages;
-}
-
-fn rvq_code(i: u32) -> u32 {
+fn rvq_codes(block: vec3<u32>) -> rvq_Codes {
+    // 32 codes fill rvq_index_bits words: bits never overflow.
+    let i = ((block.z * rvq_grid.y + block.y) * rvq_grid.x + block.x) * rvq_all_stages;
     let bit = (i & 31u) * rvq_index_bits;
     let word = (i >> 5u) * rvq_index_bits + (bit >> 5u);
     let shift = bit & 31u;
-    var code = rvq_index(word) >> shift;
-    if shift + rvq_index_bits > 32u {
-        code |= rvq_index(word + 1u) << (32u - shift);
+    var record = vec2<u32>(0u);
+    if rvq_block_bits <= 64u {
+        record.x = rvq_index(word) >> shift;
+        if rvq_block_bits != 32u && shift + rvq_block_bits > 32u {
+            let next = rvq_index(word + 1u);
+            if shift == 0u {
+                record.y = next;
+            } else {
+                record.x |= next << (32u - shift);
+                record.y = next >> shift;
+            }
+        }
+        if rvq_block_bits > 32u && shift + rvq_block_bits > 64u {
+            record.y |= rvq_index(word + 2u) << (32u - shift);
+        }
+    }
+    return rvq_Codes(word, shift, record);
+}
+
+fn rvq_code(codes: rvq_Codes, stage: u32) -> u32 {
+    var bit = stage * rvq_index_bits;
+    var code = 0u;
+    if rvq_block_bits <= 32u {
+        code = codes.record.x >> bit;
+    } else if rvq_block_bits <= 64u {
+        if bit >= 32u {
+            code = codes.record.y >> (bit - 32u);
+        } else {
+            code = codes.record.x >> bit;
+            if bit + rvq_index_bits > 32u {
+                code |= codes.record.y << (32u - bit);
+            }
+        }
+    } else {
+        bit += codes.shift;
+        let word = codes.word + (bit >> 5u);
+        let shift = bit & 31u;
+        code = rvq_index(word) >> shift;
+        if shift + rvq_index_bits > 32u {
+            code |= rvq_index(word + 1u) << (32u - shift);
+        }
     }
     return code & ((1u << rvq_index_bits) - 1u);
 }
@@ -67,11 +111,11 @@ fn rvq_per_voxel() -> u32 {
     return rvq_channels;
 }
 
-// First entry of the codeword of a block, whose codes begin at code `first`, at a stage.
-fn rvq_codeword(first: u32, stage: u32) -> u32 {
+// First entry of the codeword of a block at a stage.
+fn rvq_codeword(codes: rvq_Codes, stage: u32) -> u32 {
     let edge = rvq_edge();
     let size = edge * edge * edge * rvq_per_voxel();
-    return rvq_firsts[rvq_resolution()] + (stage * rvq_codewords + rvq_code(first + stage)) * size;
+    return rvq_firsts[rvq_resolution()] + (stage * rvq_codewords + rvq_code(codes, stage)) * size;
 }
 
 // First entry of a voxel of a codeword.
@@ -128,18 +172,22 @@ fn rvq_entry(word: u32, entry: u32) -> vec3<i32> {
 fn rvq_fetch(p: vec3<i32>) -> vec4<f32> {
     let v = vec3<u32>(p);
     let block = v / rvq_edge();
-    let first = rvq_number(block);
+    let codes = rvq_codes(block);
     let place = rvq_place(v - block * rvq_edge());
     var sum = vec3<i32>(0x8000);
     for (var s = 0u; s < rvq_shown(); s++) {
-        let entry = rvq_codeword(first, s) + place;
+        let entry = rvq_codeword(codes, s) + place;
         sum += rvq_entry(rvq_word(entry), entry) * rvq_units(s);
     }
     return rvq_values(sum);
 }
 
 fn rvq_row(low_x: u32, high_x: u32, y: u32, z: u32) -> rvq_Row {
-    return rvq_Row(rvq_number(vec3<u32>(low_x, y, z)), rvq_number(vec3<u32>(high_x, y, z)));
+    let low = rvq_codes(vec3<u32>(low_x, y, z));
+    if low_x == high_x {
+        return rvq_Row(low, low);
+    }
+    return rvq_Row(low, rvq_codes(vec3<u32>(high_x, y, z)));
 }
 
 // First entries of the codewords of a row at a stage.
@@ -170,9 +218,19 @@ fn rvq_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8> {
     let b = w - high * rvq_edge();
     let crossed = low != high;
     let row_00 = rvq_row(low.x, high.x, low.y, low.z);
-    let row_10 = rvq_row(low.x, high.x, high.y, low.z);
-    let row_01 = rvq_row(low.x, high.x, low.y, high.z);
-    let row_11 = rvq_row(low.x, high.x, high.y, high.z);
+    var row_10 = row_00;
+    if crossed.y {
+        row_10 = rvq_row(low.x, high.x, high.y, low.z);
+    }
+    var row_01 = row_00;
+    var row_11 = row_10;
+    if crossed.z {
+        row_01 = rvq_row(low.x, high.x, low.y, high.z);
+        row_11 = row_01;
+        if crossed.y {
+            row_11 = rvq_row(low.x, high.x, high.y, high.z);
+        }
+    }
     let place_00 = vec2<u32>(rvq_place(a), rvq_place(vec3<u32>(b.x, a.y, a.z)));
     let place_10 = vec2<u32>(rvq_place(vec3<u32>(a.x, b.y, a.z)), rvq_place(vec3<u32>(b.x, b.y, a.z)));
     let place_01 = vec2<u32>(rvq_place(vec3<u32>(a.x, a.y, b.z)), rvq_place(vec3<u32>(b.x, a.y, b.z)));

@@ -168,6 +168,7 @@ impl StreamReader for Reader {
             .with("all_stages", g.stages)
             .with("codewords", g.codewords)
             .with("index_bits", g.index_bits)
+            .with("block_bits", g.index_bits * g.stages)
             .with("form", 2 - g.entries.lanes_log2())
             .with("firsts", g.firsts())
             .with("one_table", u32::from(g.tables.len() == 1))
