@@ -1,7 +1,7 @@
 """Our residual quantiser against that of FAISS, on the same volumes, in one run, one thread each.
 
     pip install faiss-cpu numpy
-    cargo build --release -p cvr-rvq --example measure
+    cargo build --release -p cvr-codec-tests --example measure
     CVR_DATA=folder python docs/benchmarks/rvq.py [VOLUME ...] [STAGESxCODEWORDSxBEAM ...]
 
 FAISS is trained greedily (beam 1, ten rounds of k-means for each stage) on at most 65536 blocks that are not flat and a
@@ -87,7 +87,7 @@ def inside_of(volume):
 def ours(name, stages, codewords, beam):
     options = [f"stages={stages}", f"codewords={codewords}", f"beam={beam}", "entries=16"]
     options.append("refinement=0" if beam == 1 else "refinement=4")
-    printed = subprocess.run([MEASURE, name, *options], check=True, capture_output=True, text=True,
+    printed = subprocess.run([MEASURE, "rvq", name, *options], check=True, capture_output=True, text=True,
                              env={**os.environ, "RAYON_NUM_THREADS": "1"}).stdout
     rate, psnr, seconds = re.split(r" *\| *", printed.strip().splitlines()[-1])[3:6]
     return float(psnr), float(seconds), float(rate)

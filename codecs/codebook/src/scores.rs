@@ -52,9 +52,21 @@ pub struct Candidates {
 }
 
 impl Candidates {
-    /// None yet; `count` codewords are wanted. `margin` is that of the vector.
-    pub fn new(margin: f32, count: usize) -> Self {
-        Self { lowest: vec![f32::INFINITY; count], margin, list: Vec::new() }
+    /// Of which `count` codewords are wanted.
+    pub fn new(count: usize) -> Self {
+        Self { lowest: vec![f32::INFINITY; count], margin: 0.0, list: Vec::new() }
+    }
+
+    /// Those of another vector, none yet; `margin` is that of the vector.
+    pub fn begin(&mut self, margin: f32) {
+        self.lowest.fill(f32::INFINITY);
+        self.list.clear();
+        self.margin = margin;
+    }
+
+    /// How many codewords are wanted.
+    pub const fn wanted(&self) -> usize {
+        self.lowest.len()
     }
 
     /// The score above which no codeword is a candidate.
@@ -167,13 +179,15 @@ mod tests {
 
     #[test]
     fn candidates_are_all_that_rounding_may_confuse() {
-        let mut candidates = Candidates::new(0.5, 1);
+        let mut candidates = Candidates::new(1);
+        candidates.begin(0.5);
         candidates.take(0, &[3.0, 1.4, 9.0]);
         candidates.take(3, &[1.0, 1.6, 1.5]);
         assert_eq!(candidates.indices().collect::<Vec<_>>(), [1, 3, 5]);
         candidates.take(6, &[0.2]);
         assert_eq!(candidates.indices().collect::<Vec<_>>(), [6]);
-        let mut two = Candidates::new(0.5, 2);
+        let mut two = Candidates::new(2);
+        two.begin(0.5);
         two.take(0, &[3.0, 1.4, 9.0]);
         assert_eq!(two.indices().collect::<Vec<_>>(), [0, 1]);
         two.take(3, &[1.0, 2.0, 1.9]);

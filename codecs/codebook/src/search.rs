@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::distance::squared;
 use crate::scores::{COLUMNS, Candidates, ROWS, margin, product};
+use crate::wide::wide;
 use crate::{Codebook, Vectors};
 
 /// The codeword nearest to a vector.
@@ -141,24 +142,36 @@ impl<'a> Search<'a> {
     fn nearest(&self, rows: &[f32], count: usize, nearest: &mut Vec<Nearest>) {
         let dimension = self.codebook.dimension();
         assert!(rows.len().is_multiple_of(dimension), "no whole number of vectors");
-        rows.chunks(ROWS * dimension).for_each(|block| self.block(block, count, nearest));
+        let mut candidates = vec![Candidates::new(count); ROWS.min(rows.len() / dimension)];
+        rows.chunks(ROWS * dimension).for_each(|block| self.block(block, &mut candidates, nearest));
+    }
+
+    /// Appends a vector as the products take it, with a component 1 behind it; returns its norm.
+    fn append(&self, row: &[f32], vectors: &mut Vec<f32>) -> f64 {
+        wide(|| {
+            let first = vectors.len();
+            let (centre, scale) = (self.centre, self.scale);
+            vectors.extend(row.iter().map(|x| ((f64::from(*x) - centre) * scale) as f32));
+            let own = &mut vectors[first..];
+            if let Some(mask) = &self.mask {
+                own.iter_mut().zip(mask).filter(|(_, counts)| !**counts).for_each(|(x, _)| *x = 0.0);
+            }
+            let mut squares = [0.0; 8];
+            for part in own.chunks(8) {
+                squares.iter_mut().zip(part).for_each(|(sum, x)| *sum += f64::from(*x) * f64::from(*x));
+            }
+            vectors.push(1.0);
+            squares.iter().sum::<f64>().sqrt()
+        })
     }
 
     /// At most [`ROWS`] vectors.
-    fn block(&self, rows: &[f32], wanted: usize, nearest: &mut Vec<Nearest>) {
+    fn block(&self, rows: &[f32], candidates: &mut [Candidates], nearest: &mut Vec<Nearest>) {
         let dimension = self.codebook.dimension();
         let (count, width) = (rows.len() / dimension, dimension + 1);
         let mut vectors = Vec::with_capacity(count * width);
-        let mut candidates = Vec::with_capacity(count);
-        for row in rows.chunks_exact(dimension) {
-            let mut norm = 0.0;
-            for (s, &x) in row.iter().enumerate() {
-                let x = self.shifted(x, s);
-                norm += f64::from(x) * f64::from(x);
-                vectors.push(x);
-            }
-            vectors.push(1.0);
-            candidates.push(Candidates::new(self.margin(norm.sqrt()), wanted));
+        for (row, candidates) in rows.chunks_exact(dimension).zip(candidates.iter_mut()) {
+            candidates.begin(self.margin(self.append(row, &mut vectors)));
         }
         let mut scores = vec![0.0_f32; count * COLUMNS];
         for (tile, operands) in self.operands.chunks(COLUMNS * width).enumerate() {
@@ -169,15 +182,21 @@ impl<'a> Search<'a> {
                 candidates.take((tile * COLUMNS) as u32, scores);
             }
         }
-        for (row, candidates) in rows.chunks_exact(dimension).zip(&candidates) {
-            if wanted == 1 {
+        wide(|| self.settle(rows, candidates, nearest));
+    }
+
+    /// Appends the nearest of the candidates of each vector.
+    #[inline(always)]
+    fn settle(&self, rows: &[f32], candidates: &[Candidates], nearest: &mut Vec<Nearest>) {
+        for (row, candidates) in rows.chunks_exact(self.codebook.dimension()).zip(candidates) {
+            if candidates.wanted() == 1 {
                 nearest.push(self.decide(row, candidates));
             } else {
                 let mut all: Vec<Nearest> =
                     candidates.indices().map(|index| self.measured(row, index)).collect();
                 // Stable, so that of equally near ones the first comes first.
                 all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-                nearest.extend(&all[..wanted]);
+                nearest.extend(&all[..candidates.wanted()]);
             }
         }
     }
@@ -187,11 +206,13 @@ impl<'a> Search<'a> {
     }
 
     /// A codeword with its distance in double precision.
+    #[inline(always)]
     fn measured(&self, row: &[f32], index: u32) -> Nearest {
         let distance = squared(row, self.codebook.codeword(index as usize), self.mask.as_deref());
         Nearest { index, distance }
     }
 
+    #[inline(always)]
     fn decide(&self, row: &[f32], candidates: &Candidates) -> Nearest {
         let all = candidates.indices().map(|index| self.measured(row, index));
         let none = Nearest { index: 0, distance: f64::INFINITY };

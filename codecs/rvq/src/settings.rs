@@ -21,9 +21,8 @@ pub const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "entries",
-        doc: "bits of one value of a codeword: 8, 16, or 11-11-10 for the three colours of a voxel; auto = 11-11-10 for \
-              colours, else 8",
-        kind: SettingKind::Choice(&["auto", "8", "16", "11-11-10"]),
+        doc: "bits of one value of a codeword; auto = 8, or 11-11-10 for the three colours of a voxel",
+        kind: SettingKind::Choice(&["auto", "8", "16"]),
         default: "auto",
     },
     Setting {

@@ -51,7 +51,6 @@ impl Entries {
         match name {
             "8" => Some(Self::Bits8),
             "16" => Some(Self::Bits16),
-            "11-11-10" => Some(Self::Colours),
             _ => None,
         }
     }

@@ -8,7 +8,6 @@
 
 pub mod device;
 pub mod kept;
-pub mod measure;
 pub mod mutated;
 pub mod real;
 

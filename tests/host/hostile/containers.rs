@@ -139,6 +139,7 @@ fn streams() -> Vec<(Arc<dyn Codec>, Parts)> {
         ("bc4", &[""]),
         ("hvq", &["", "codeword_bits=16", "tables=per-frame"]),
         ("raw", &["", "bits=8", "bits=half"]),
+        ("rvq", &["codewords=9", "entries=16 stages=2 codewords=16 tables=per-frame"]),
         ("s3dc", &["block=4", "block=3x5x2 index_bits=8"]),
         ("tvq", &["", "payload=variable"]),
         ("vq", &["block=2", "block=4 codeword_bits=16"]),

@@ -48,11 +48,6 @@ impl Encoder for RvqEncoder {
     ) -> Result<EncodeReport, EncodeError> {
         let (layout, options) = (source.layout().clone(), self.options);
         let entries = options.entries.unwrap_or(Entries::natural(layout.channels));
-        if entries == Entries::Colours && layout.channels != 3 {
-            let problem = "entries of 11-11-10 bits are those of three colours; this volume has one channel: set \
-                           entries to 8 or 16";
-            return Err(EncodeError::Unsupported(problem.to_owned()));
-        }
         let range = value_range(source, block(0), run)?;
         let quantiser = Quantiser::over(range, VALUE_BITS, layout.sample.is_integer())
             .map_err(EncodeError::Unsupported)?;

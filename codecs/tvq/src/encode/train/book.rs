@@ -1,7 +1,7 @@
 //! One global codebook: the zero vector, then a chapter for each class with a code in its partition.
 
 use cvr_codebook::lbg::{Stop, refine};
-use cvr_codebook::{Codebook, Initial, Nearest, Quantiser, Search, Training, Vectors, train};
+use cvr_codebook::{Codebook, Initial, Nearest, Search, Training, Vectors, train};
 use cvr_core::codec::{Cancelled, Progress};
 use rayon::prelude::*;
 

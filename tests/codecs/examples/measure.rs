@@ -1,25 +1,25 @@
-//! PSNR over total bits per sample of real volumes, and the time and memory of encoding: the program behind the `measure`
-//! examples of codecs.
+//! PSNR over total bits per sample of real volumes, and the time and memory of encoding.
 //!
-//! `CVR_DATA=folder cargo run --release -p cvr-tvq --example measure -- bonsai,mr_vs payload=fixed rate=0.4,0.75`
+//! `CVR_DATA=folder cargo run --release -p cvr-codec-tests --example measure -- tvq bonsai,mr_vs payload=fixed rate=0.4,0.75`
 //!
 //! A setting with several values, separated by commas, is tried with each. `bonsai@64` is the central cube of 64³
 //! voxels of bonsai; with it, time can be compared for different sizes. `sheet@48` are the volumes of the stability
 //! atlas with that name and edge, at every dial step. `atlas@48` are all of them. Memory is the maximum of this process
 //! so far (Linux).
 
+#![allow(clippy::unwrap_used, reason = "a program of figures, which any failure ends")]
+
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use cvr_codec_tests::real::{NAMES, cpu_time, folder, volume_of};
 use cvr_core::codec::{Codec, SettingValue, Settings, decode_frame, encode_temporary};
 use cvr_core::stability::Subject;
 use cvr_core::volume::{
     BrickSource as _, DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, Region, SampleType,
     Samples, VolumeLayout,
 };
-
-use crate::real::{NAMES, cpu_time, folder, volume_of};
 
 /// Peak memory of this process in MiB. 0 if the system does not report it.
 fn peak_mib() -> u64 {
@@ -87,10 +87,28 @@ fn measure(codec: &dyn Codec, name: &str, volume: &FiniteVolume, pairs: &[(Strin
     }
 }
 
-/// Measures a codec as the command line says.
-pub fn main(codec: &dyn Codec) {
+/// The codecs with settings of their own.
+fn codecs() -> [Arc<dyn Codec>; 7] {
+    [
+        cvr_bc4::codec(),
+        cvr_hvq::codec(),
+        cvr_rvq::codec(),
+        cvr_s3dc::codec(),
+        cvr_tvq::codec(),
+        cvr_vq::codec(),
+        cvr_zfp::codec(),
+    ]
+}
+
+fn main() {
     let Some(folder) = folder() else { return };
     let mut arguments = std::env::args().skip(1).peekable();
+    let id = arguments.next().unwrap_or_default();
+    let Some(codec) = codecs().into_iter().find(|codec| codec.info().id == id) else {
+        let known: Vec<&str> = codecs().iter().map(|codec| codec.info().id).collect();
+        println!("usage: measure CODEC [VOLUMES [-v] [SETTING=VALUE,...]...]; codecs: {}", known.join(", "));
+        return;
+    };
     let names = arguments.next().unwrap_or_else(|| NAMES.join(","));
     let verbose = arguments.next_if(|a| a == "-v").is_some();
     let mut all: Vec<Vec<(String, String)>> = vec![Vec::new()];
@@ -107,7 +125,7 @@ pub fn main(codec: &dyn Codec) {
     );
     for name in names.split(',') {
         for (name, volume) in volumes(&folder, name) {
-            all.iter().for_each(|pairs| measure(codec, &name, &volume, pairs, verbose));
+            all.iter().for_each(|pairs| measure(codec.as_ref(), &name, &volume, pairs, verbose));
         }
     }
 }
