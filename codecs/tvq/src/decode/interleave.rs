@@ -4,8 +4,9 @@
 //! fetch wants what belongs to one block side by side, one word as a rule. A decoder turns the one into the other once, when
 //! it opens a stream; neither is larger.
 
+use cvr_groups::Bits;
+
 use super::Frame;
-use crate::stream::bits::Bits;
 use crate::stream::geometry::positions;
 use crate::stream::table::Table;
 

@@ -1,8 +1,6 @@
-//! What a stream holds: parameters and sizes, tables, scales of entries, and numbers in bits. It names no other room.
+//! What a stream holds: parameters and sizes, tables, and where blocks lie. It names no other room.
 
-pub mod bits;
 pub mod geometry;
-pub mod scale;
 pub mod table;
 
 /// Tensor and shader resource: how the blocks of each sub-volume are to be read.
@@ -11,5 +9,5 @@ pub const TABLES: &str = "tables";
 pub const CODEBOOK: &str = "codebook";
 /// Tensor and shader resource: means and codes.
 pub const INDEX: &str = "index";
-/// Tensor and shader resource: where the means and codes of each brick begin.
+/// Tensor and shader resource: where the means and codes of each group begin.
 pub const HEADS: &str = "heads";

@@ -22,6 +22,24 @@ fn the_payload_variable_passes() {
     passes(&[settings(&[("payload", "variable")])]);
 }
 
+/// At this rate most blocks of noise are coded directly.
+#[test]
+fn blocks_that_are_coded_directly_pass() {
+    passes(&[settings(&[("payload", "variable"), ("rate", "5")])]);
+}
+
+/// A step that is off by one is noticed, and so is an escape that is read one word late.
+#[test]
+fn a_wrong_escape_is_noticed() {
+    let list = [settings(&[("payload", "variable"), ("rate", "5")])];
+    for (from, to) in [
+        ("(8u + ((form >> 5u) & 7u))", "(9u + ((form >> 5u) & 7u))"),
+        ("end - tvq_parts * (nth + 1u", "end - tvq_parts * (nth"),
+    ] {
+        cvr_codec_tests::device::notices_under(cvr_tvq::codec(), &list, from, to);
+    }
+}
+
 /// Where a device runs the shaders, a wrong one does not pass.
 #[test]
 fn a_wrong_snippet_is_noticed() {

@@ -3,12 +3,12 @@
 use cvr_codebook::lbg::{Stop, refine};
 use cvr_codebook::{Codebook, Initial, Nearest, Quantiser, Search, Training, Vectors, train};
 use cvr_core::codec::{Cancelled, Progress};
+use cvr_groups::Scale;
 use rayon::prelude::*;
 
 use super::classify::{CLASSES, keeps};
 use super::shares::shares;
 use crate::stream::geometry::VOXELS;
-use crate::stream::scale::Scale;
 use crate::stream::table::Partition;
 
 /// A codebook of inverse transforms, in units of the decoder's sums.

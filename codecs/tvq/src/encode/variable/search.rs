@@ -3,6 +3,7 @@
 use cvr_core::codec::EncodeError;
 
 use super::cost::{aim, default_bits, fixed_bits};
+use super::expected::Expected;
 use super::point::Point;
 use super::rate_control::Aim;
 use super::trials::{Overview, Trial};
@@ -82,6 +83,11 @@ fn finer(overview: &mut Overview<'_, '_>, found: &Trial) -> Result<Option<Trial>
     Ok([best, again].into_iter().min_by(order))
 }
 
+/// What is expected of coding blocks of this volume directly.
+pub fn expected(work: &Work<'_>) -> Expected {
+    Expected::of(work.layout.sample.is_integer().then(|| 1.0 / work.unit()))
+}
+
 /// What trials need.
 fn overview<'a, 'w>(work: &'a Work<'w>, sample: &'a Sample, means: &'a [Vec<Plane>]) -> Overview<'a, 'w> {
     let unit = work.unit().powi(2);
@@ -93,7 +99,7 @@ fn overview<'a, 'w>(work: &'a Work<'w>, sample: &'a Sample, means: &'a [Vec<Plan
     trainer.copies = work.tables();
     trainer.most_bits = aim.most_bits();
     let blocks = work.blocks() / work.tables();
-    Overview { work, trainer, means, aim, by_aim: blocks <= SOME }
+    Overview { work, trainer, means, expected: expected(work), aim, by_aim: blocks <= SOME }
 }
 
 /// The trial that meets the aim best.

@@ -1,8 +1,8 @@
-//! What an entry of a codebook counts: an integer of four significant bits, so that the largest entry of a codebook comes
-//! near the largest code whatever it is.
+//! What a code counts: an integer of four significant bits, so that the largest code comes near the largest value whatever
+//! that is.
 
-use super::geometry::VALUE_BITS;
-
+/// Bits of a sum's value.
+const VALUE_BITS: u32 = 16;
 /// The lowest bit of a scale in the form of a codebook.
 const AT: u32 = 8;
 /// Bits of the exponent, and of the fraction above it.
@@ -34,6 +34,47 @@ impl Scale {
         all.find(reaches).unwrap_or(greatest)
     }
 
+    /// The scale nearest to so many units; `most` is the greatest exponent.
+    #[must_use]
+    pub fn nearest(units: f64, most: u32) -> Self {
+        // Above 8 units exponents are those of the number; below, fractions give every integer.
+        let exponent = units.max(1.0).log2().floor().min(f64::from(most)) as u32;
+        let of = |exponent: u32| (0..FRACTIONS).map(move |fraction| Self { exponent, fraction });
+        let all = of(exponent).chain(of((exponent + 1).min(most)));
+        let far = |scale: &Self| (f64::from(scale.units()) - units).abs();
+        all.min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(Self::ONE)
+    }
+
+    /// The greatest scale of at most so many units, at least one.
+    #[must_use]
+    pub fn at_most(units: f64) -> Self {
+        let exponent = units.clamp(1.0, 65536.0).log2().floor() as u32;
+        let all = (0..FRACTIONS).map(|fraction| Self { exponent, fraction });
+        all.filter(|scale| f64::from(scale.units()) <= units).last().unwrap_or(Self::ONE)
+    }
+
+    /// In eight bits: the exponent in the lower five, the fraction above it.
+    #[must_use]
+    pub const fn byte(self) -> u32 {
+        self.exponent | self.fraction << EXPONENT_BITS
+    }
+
+    /// The scale of eight bits, the lowest of `byte`.
+    #[must_use]
+    #[inline]
+    pub const fn of_byte(byte: u32) -> Self {
+        Self {
+            exponent: byte & ((1 << EXPONENT_BITS) - 1),
+            fraction: byte >> EXPONENT_BITS & (FRACTIONS - 1),
+        }
+    }
+
+    /// The exponent of its power of two.
+    #[must_use]
+    pub const fn exponent(self) -> u32 {
+        self.exponent
+    }
+
     /// Most that an exponent may be: sums of all codebooks stay within 32 bits.
     const fn most_exponent(entry_bits: u32) -> u32 {
         26 - VALUE_BITS - if entry_bits == 16 { 7 } else { 0 }
@@ -48,18 +89,14 @@ impl Scale {
     /// Its bits in the form of a codebook.
     #[must_use]
     pub const fn form(self) -> u32 {
-        (self.exponent | self.fraction << EXPONENT_BITS) << AT
+        self.byte() << AT
     }
 
     /// The scale in the form of a codebook.
     #[must_use]
     #[inline]
     pub const fn of_form(form: u32) -> Self {
-        let bits = form >> AT;
-        Self {
-            exponent: bits & ((1 << EXPONENT_BITS) - 1),
-            fraction: bits >> EXPONENT_BITS & (FRACTIONS - 1),
-        }
+        Self::of_byte(form >> AT)
     }
 
     /// Whether entries of so many bits may have it.
@@ -83,6 +120,18 @@ mod tests {
         assert_eq!(Scale::reaching(16, 65535.0).units(), 3);
         assert_eq!(Scale::reaching(8, 1e9).units(), 1920);
         assert_eq!(Scale::reaching(16, 1e9).units(), 15);
+    }
+
+    #[test]
+    fn the_nearest_scale_is_found() {
+        for (units, nearest) in
+            [(0.0, 1), (1.4, 1), (1.6, 2), (15.4, 15), (255.0, 256), (247.0, 240), (1e9, 30720)]
+        {
+            assert_eq!(Scale::nearest(units, 14).units(), nearest, "{units}");
+        }
+        for (units, most) in [(0.3, 1), (256.0, 256), (255.0, 240), (9.0, 9), (1.0, 1)] {
+            assert_eq!(Scale::at_most(units).units(), most, "{units}");
+        }
     }
 
     /// Forms of version 1 have no fraction: their scales are powers of two.
