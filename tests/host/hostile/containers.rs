@@ -140,7 +140,7 @@ fn streams() -> Vec<(Arc<dyn Codec>, Parts)> {
         ("hvq", &["", "codeword_bits=16", "tables=per-frame"]),
         ("raw", &["", "bits=8", "bits=half"]),
         ("s3dc", &["block=4", "block=3x5x2 index_bits=8"]),
-        ("tvq", &["", "payload=variable", "payload=variable rate=14"]),
+        ("tvq", &["", "payload=variable", "payload=variable psnr=60"]),
         ("vq", &["block=2", "block=4 codeword_bits=16"]),
         ("zfp", &["", "rate=1.1"]),
     ];
