@@ -49,8 +49,8 @@ impl Scale {
     #[must_use]
     pub fn at_most(units: f64) -> Self {
         let exponent = units.clamp(1.0, 65536.0).log2().floor() as u32;
-        let all = (0..FRACTIONS).map(|fraction| Self { exponent, fraction });
-        all.filter(|scale| f64::from(scale.units()) <= units).last().unwrap_or(Self::ONE)
+        let mut all = (0..FRACTIONS).rev().map(|fraction| Self { exponent, fraction });
+        all.find(|scale| f64::from(scale.units()) <= units).unwrap_or(Self::ONE)
     }
 
     /// In eight bits: the exponent in the lower five, the fraction above it.

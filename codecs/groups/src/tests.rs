@@ -19,7 +19,7 @@ fn escape() -> impl Strategy<Value = Escape> {
     (1_u32..=16, Escape::LOWS[0]..=Escape::LOWS[1], 0_u32..8, any::<u32>()).prop_map(
         |(bits, low, fraction, seed)| {
             let number = |i: usize| ((i as u32 ^ seed).wrapping_mul(0x9e37_79b9) >> (32 - bits)) as u16;
-            let step = Scale::of_byte(seed % (Escape::most_exponent(bits) + 1) | fraction << 5);
+            let step = Scale::of_byte((seed % (Escape::most_exponent(bits) + 1)) | (fraction << 5));
             Escape { bits, low, step, numbers: std::array::from_fn(number) }
         },
     )
@@ -51,7 +51,7 @@ fn alike(mut parts: Vec<Escape>) -> Vec<Escape> {
         part.numbers = part.numbers.map(|n| n & ((1_u32 << bits) - 1) as u16);
         part.bits = bits;
         part.step =
-            Scale::of_byte(part.step.byte() & 0xe0 | part.step.exponent().min(Escape::most_exponent(bits)));
+            Scale::of_byte((part.step.byte() & 0xe0) | part.step.exponent().min(Escape::most_exponent(bits)));
     }
     parts
 }

@@ -97,7 +97,7 @@ impl Writer {
             self.words.extend(plane(kept.iter().map(|b| !b.escape.is_empty())));
             for j in 0..planes {
                 let bit = |b: &&&Codes<'_>| (self.escape_bits(b.escape) - least) >> j & 1 == 1;
-                let words: Vec<u32> = plane(escaped.iter().map(|b| bit(b))).collect();
+                let words: Vec<u32> = plane(escaped.iter().map(bit)).collect();
                 self.words.extend(words);
             }
         }

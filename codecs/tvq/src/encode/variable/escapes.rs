@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::encode::closed_loop::{Coder, Plane};
 use crate::encode::domain::{Domain, Row};
 use crate::encode::kept::KeptPlane;
+use crate::encode::train::book::Book;
 use crate::encode::tuned::escapes::{COVERED, WORTH};
 use crate::encode::work::{Coded, Sets, Work};
 use crate::stream::geometry::{VOXELS, block as block_size};
@@ -38,9 +39,10 @@ struct Coding<'a> {
     cuts: Vec<([usize; 3], Vec<bool>)>,
     /// The largest step that loses nothing of integers: behind a mean alone, and behind codes.
     exact: Option<[Scale; 2]>,
-    /// Squared error that a bit is worth at least, and a code, in data units.
+    /// Squared error that a bit is worth at least, in data units.
     price: f64,
-    code_price: f64,
+    /// Bits of a code.
+    width: f64,
 }
 
 /// One block: its values in units of sums, and the voxels inside the volume.
@@ -54,7 +56,7 @@ struct Block<'a> {
 
 impl<'a> Coding<'a> {
     fn of(work: &Work<'_>, coded: &'a Coded, price: f64) -> Self {
-        let width = coded.books.iter().map(|book| book.width()).max().unwrap_or(0);
+        let width = coded.books.iter().map(Book::width).max().unwrap_or(0);
         let unit = 1.0 / work.unit();
         let with_inside = |size| (size, inside(block_size(), 1, size));
         Self {
@@ -63,7 +65,7 @@ impl<'a> Coding<'a> {
             exact: (work.layout.sample.is_integer() && unit >= 1.0)
                 .then(|| [1.0, COVERED].map(|part| Scale::at_most(part * unit))),
             price,
-            code_price: price * f64::from(width),
+            width: f64::from(width),
         }
     }
 
@@ -110,14 +112,12 @@ impl<'a> Coding<'a> {
     fn ways(&self, block: &Block<'_>, out: &mut Vec<Candidate>) {
         let stride = block.plane.books + 1;
         let errors = &block.plane.errors[block.number * stride..][..stride];
-        let cost = |n: usize| f64::from(errors[n]) + self.code_price * n as f64;
+        let cost = |n: usize| f64::from(errors[n]) + self.price * self.width * n as f64;
         let least = (0..stride).map(cost).fold(f64::INFINITY, f64::min);
         if least <= self.price * f64::from(escape_bits(1, 1)) {
             return;
         }
-        let bits = |n: usize| {
-            0.5 * VOXELS as f64 * f64::from(errors[n]).log2() + self.code_price / self.price * n as f64
-        };
+        let bits = |n: usize| 0.5 * VOXELS as f64 * f64::from(errors[n]).log2() + self.width * n as f64;
         let count = (0..stride).min_by(|a, b| bits(*a).total_cmp(&bits(*b))).unwrap_or(0);
         for count in if count == 0 { vec![0] } else { vec![0, count] } {
             let sums = self.sums(block, count);

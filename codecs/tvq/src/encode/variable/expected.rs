@@ -8,8 +8,8 @@ use crate::stream::geometry::VOXELS;
 /// What coding blocks directly costs and leaves, as is expected.
 #[derive(Copy, Clone, Debug)]
 pub struct Expected {
-    /// Squared error of a block below which rounding to integers leaves none.
-    exact_below: f64,
+    /// Squared error of a block below which rounding to integers leaves none; none where blocks are not coded directly.
+    exact_below: Option<f64>,
 }
 
 /// A block that is coded directly: what it leaves, and its bits, as expected.
@@ -25,20 +25,24 @@ impl Expected {
     /// For integers that are `unit` units of sums apart, or for floats.
     #[must_use]
     pub fn of(unit: Option<f64>) -> Self {
-        Self { exact_below: unit.map_or(0.0, |unit| VOXELS as f64 * unit * unit / 12.0) }
+        Self { exact_below: Some(unit.map_or(0.0, |unit| VOXELS as f64 * unit * unit / 12.0)) }
+    }
+
+    /// Nothing is coded directly.
+    #[must_use]
+    pub const fn never() -> Self {
+        Self { exact_below: None }
     }
 
     /// The cheapest way to code directly what codes leave, at a price of a bit; none where nothing is cheaper than the error.
     #[must_use]
     pub fn direct(&self, error: f64, price: f64) -> Option<Direct> {
-        if error <= price * f64::from(escape_bits(1, 1)) {
-            return None;
-        }
+        let exact_below = self.exact_below.filter(|_| error > price * f64::from(escape_bits(1, 1)))?;
         let mut best: Option<Direct> = None;
         let mut part = 1.0;
         for bits in 1..=16 {
             part = LEFT.get(bits).copied().unwrap_or(part * LEFT_BEYOND);
-            let left = if error * part < self.exact_below { 0.0 } else { error * part };
+            let left = if error * part < exact_below { 0.0 } else { error * part };
             let taken = f64::from(escape_bits(bits as u32, 1));
             let cost = left + price * taken;
             if best.is_none_or(|b| cost < b.cost) {

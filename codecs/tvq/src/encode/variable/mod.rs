@@ -29,12 +29,13 @@ use crate::stream::geometry::{EDGE, Geometry, Parameters, Payload, VALUE_BITS, b
 use crate::stream::table::{BookForm, Partition, Table};
 use cost::aim;
 use escapes::{AllWays, ways};
+use expected::Expected;
 use frame::variable_frame;
 use groups::Groups;
 use growth::Growth;
 pub use rate_control::Sum;
 use rate_control::{Aim, Settled, settle};
-use search::{Plan, expected, plan};
+use search::{Plan, expectations, plan};
 
 /// Codebooks and codes of all tables, what each block keeps, and what that comes to. Entries have as many bits as suits these from
 /// then on.
@@ -42,21 +43,59 @@ use search::{Plan, expected, plan};
 /// # Errors
 /// Those of reading, and when the run was cancelled.
 pub fn encode(work: &mut Work<'_>) -> Result<(Sets, Kept, Sum), EncodeError> {
-    let mut plan = plan(work)?;
-    work.options.entry_bits = Some(plan.entry_bits);
+    let mut found: Option<(Attempt, Option<u32>)> = None;
+    for expected in expectations(work) {
+        let mut of = work.clone();
+        let plan = plan(&of, expected)?;
+        of.options.entry_bits = Some(plan.entry_bits);
+        let attempt = attempt(&of, plan, expected)?;
+        if found.as_ref().is_none_or(|b| aim(&of).order(attempt.settled.sum, b.0.settled.sum).is_lt()) {
+            found = Some((attempt, of.options.entry_bits));
+        }
+    }
+    let Some((Attempt { settled, sets: mut coded, ways }, entry_bits)) = found else {
+        return Err(EncodeError::Unsupported("no blocks".to_owned()));
+    };
+    work.options.entry_bits = entry_bits;
     let work = &*work;
+    let aim = aim(work);
+    let (planes, sum) = Groups::of(work, &coded, &ways).kept(aim, &settled);
+    let (mut all, mut planes) = (Vec::new(), planes.into_iter());
+    for (coded, domains) in coded.iter_mut().zip(&work.sets) {
+        let mut of_set = Vec::new();
+        for (coded, domain) in coded.iter_mut().zip(domains) {
+            let mut kept = planes.next().unwrap_or_default();
+            let most = kept.iter().flat_map(|plane| &plane.codes).copied().max().unwrap_or(0);
+            coded.books.truncate(most.into());
+            escapes::write(work, (coded, domain), &mut kept)?;
+            of_set.push(kept);
+        }
+        all.push(of_set);
+    }
+    Ok((coded, all, sum))
+}
+
+/// Codebooks and codes of all tables, and what suits them.
+struct Attempt {
+    settled: Settled,
+    sets: Sets,
+    ways: AllWays,
+}
+
+/// The best codebooks that a plan leads to.
+fn attempt(work: &Work<'_>, mut plan: Plan, expected: Expected) -> Result<Attempt, EncodeError> {
     let aim = aim(work);
     let some = work.blocks() / work.tables() <= SOME;
     let (tries, near) = if some { (2 * TRIES, OFF_OF_SOME) } else { (TRIES, OFF) };
     let mut coarser = false;
-    let mut found: Option<(Settled, Sets, AllWays)> = None;
+    let mut found: Option<Attempt> = None;
     for _ in 0..tries {
         let point = plan.point;
-        let coded = code(work, &plan)?;
+        let coded = code(work, &plan, expected)?;
         let (settled, ways) = settled(work, &coded, point.price() * work.unit().powi(2))?;
-        let better = found.as_ref().is_none_or(|b| aim.order(settled.sum, b.0.sum).is_lt());
+        let better = found.as_ref().is_none_or(|b| aim.order(settled.sum, b.settled.sum).is_lt());
         if better {
-            found = Some((settled, coded, ways));
+            found = Some(Attempt { settled, sets: coded, ways });
         }
         // What pays at this price is not what the codebooks were made for.
         let off = point.off(settled.price / work.unit().powi(2));
@@ -82,23 +121,7 @@ pub fn encode(work: &mut Work<'_>) -> Result<(Sets, Kept, Sum), EncodeError> {
         }
         plan.point.error = next;
     }
-    let Some((settled, mut coded, ways)) = found else {
-        return Err(EncodeError::Unsupported("no blocks".to_owned()));
-    };
-    let (planes, sum) = Groups::of(work, &coded, &ways).kept(aim, &settled);
-    let (mut all, mut planes) = (Vec::new(), planes.into_iter());
-    for (coded, domains) in coded.iter_mut().zip(&work.sets) {
-        let mut of_set = Vec::new();
-        for (coded, domain) in coded.iter_mut().zip(domains) {
-            let mut kept = planes.next().unwrap_or_default();
-            let most = kept.iter().flat_map(|plane| &plane.codes).copied().max().unwrap_or(0);
-            coded.books.truncate(most.into());
-            escapes::write(work, (coded, domain), &mut kept)?;
-            of_set.push(kept);
-        }
-        all.push(of_set);
-    }
-    Ok((coded, all, sum))
+    found.ok_or_else(|| EncodeError::Unsupported("no blocks".to_owned()))
 }
 
 /// The count of codebooks and the price that suit some codes, and the ways to code blocks directly that bear on them. The price is
@@ -124,7 +147,7 @@ fn width(coded: &Coded) -> f64 {
     f64::from(coded.books.iter().map(Book::width).max().unwrap_or(0))
 }
 
-fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
+fn code(work: &Work<'_>, plan: &Plan, expected: Expected) -> Result<Sets, EncodeError> {
     let point = plan.point;
     let training = work.training(false);
     let mean_shift = work.mean_shift(point.of_means());
@@ -144,8 +167,7 @@ fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
             let mut trainer = Trainer::new(&sample, training);
             trainer.most_bits = aim(work).most_bits();
             let code_price = point.price() * f64::from(point.width);
-            let mut growth =
-                Growth::new(&trainer, code_price, (mean_shift, threshold), false, expected(work));
+            let mut growth = Growth::new(&trainer, code_price, (mean_shift, threshold), false, expected);
             if plan.sizes.is_empty() {
                 growth.at_price(1 << point.width, point.price(), work.run)?;
             } else {
