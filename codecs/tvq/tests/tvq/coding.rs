@@ -65,14 +65,12 @@ fn rate(stream: &EncodedVolume, volume: &FiniteVolume) -> f64 {
 }
 
 #[test]
-fn the_file_is_within_the_rate_and_near_it() {
+fn a_fixed_file_is_within_the_rate_and_near_it() {
     let ball = ball([64, 60, 52]);
-    for (payload, slack) in [("fixed", 0.25), ("variable", 0.1)] {
-        for target in ["0.8", "1.5"] {
-            let stream = encoded(&ball, &[("payload", payload), ("rate", target)]);
-            let (found, asked) = (rate(&stream, &ball), target.parse::<f64>().unwrap());
-            assert!(found <= asked && found > asked * (1.0 - slack), "{payload} {target}: {found}");
-        }
+    for target in ["0.8", "1.5"] {
+        let stream = encoded(&ball, &[("rate", target)]);
+        let (found, asked) = (rate(&stream, &ball), target.parse::<f64>().unwrap());
+        assert!(found <= asked && found > 0.75 * asked, "{target}: {found}");
     }
 }
 
