@@ -2,6 +2,7 @@
 
 use cvr_core::codec::{Agreement, DecodedForm, TexelFormat};
 use cvr_core::volume::ValueRange;
+use cvr_groups::Scale;
 
 /// Smallest step: 2^-100. With a smaller one, values come near the subnormals, which a device may flush.
 const SMALLEST_STEP: f64 = 1.0 / (1_u128 << 100) as f64;
@@ -56,6 +57,19 @@ impl Quantiser {
             quantiser.top -= 1;
         }
         Ok(quantiser)
+    }
+
+    /// Of entries that are added up as integers: codes of `bits` bits that reach up to `largest`, in units of the sums, and
+    /// whose middle code is 0. With it comes the scale that they count in.
+    ///
+    /// # Panics
+    /// When `bits` is neither 8 nor 16.
+    #[must_use]
+    #[allow(clippy::unwrap_used, reason = "an integer below 2^11 is a step")]
+    pub fn of_entries(bits: u32, largest: f64) -> (Self, Scale) {
+        let scale = Scale::reaching(bits, largest);
+        let unit = scale.units() as f32;
+        (Self::of_stream(bits, -unit * (1_u32 << (bits - 1)) as f32, unit).unwrap(), scale)
     }
 
     /// From the parameters of a stream. `None` if offset, step or width are invalid.

@@ -1,10 +1,10 @@
 //! What a stream holds: decode parameters, and where codes and entries of codewords lie.
 
-use cvr_codebook::scale::VALUE_BITS;
-use cvr_codebook::{Quantiser, Scale};
+use cvr_codebook::Quantiser;
 use cvr_core::codec::Block;
 use cvr_core::kit::BlockGrid;
 use cvr_core::volume::{Extent, VolumeLayout};
+use cvr_groups::{Scale, VALUE_BITS};
 use serde::{Deserialize, Serialize};
 
 /// Tensor and shader resource: the codewords.
@@ -183,7 +183,7 @@ impl Geometry {
             BlockGrid::new(block(resolution), layout.extent.at_resolution(resolution as u8))
         };
         let stages = p.tables.first()?.codewords.len() as u32;
-        let scale_fits = |scale: &u8| Scale::of_byte(*scale).fits(p.entries.code_bits());
+        let scale_fits = |scale: &u8| Scale::of_byte((*scale).into()).fits(p.entries.code_bits());
         let table_fits = |t: &Table| {
             [t.codewords.len(), t.scales.len()] == [stages as usize; 2]
                 && t.codewords.iter().all(|size| (1..=MOST_CODEWORDS).contains(size))
@@ -275,7 +275,7 @@ impl Geometry {
     /// Units of the sums that an entry of each stage of a table counts.
     #[must_use]
     pub fn units(&self, table: usize) -> Vec<i32> {
-        self.tables[table].scales.iter().map(|scale| Scale::of_byte(*scale).units() as i32).collect()
+        self.tables[table].scales.iter().map(|scale| Scale::of_byte((*scale).into()).units() as i32).collect()
     }
 
     /// The scales of a table in words, a byte each.

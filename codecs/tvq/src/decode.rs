@@ -3,16 +3,18 @@
 //! code defines the codec.
 
 mod check;
+mod former;
 mod interleave;
 pub(crate) mod reader;
 
 use cvr_core::kit::{FetchVoxels, Voxel};
 use cvr_core::render::Cell;
+use cvr_groups::{Groups, Scale, part_value};
 
 use crate::stream::geometry::{
-    BOOK_WORDS, BRICK, EDGE, Geometry, MOST_BOOKS, Payload, TABLE_HEAD, TOP, VOXELS, number,
+    BOOK_WORDS, EDGE, GROUP, Geometry, MOST_BOOKS, Payload, TABLE_HEAD, TOP, VOXELS, number,
 };
-use crate::stream::scale::Scale;
+use crate::stream::table::Partition;
 
 /// One frame of a stream at a stage.
 #[derive(Copy, Clone, Debug)]
@@ -23,7 +25,7 @@ pub struct Frame<'a> {
     pub codebook: &'a [u32],
     /// Means and codes. With the payload `fixed` they are ordered block by block, except while a stream is checked.
     pub index: &'a [u32],
-    /// Heads of all bricks. Empty for the payload `fixed`.
+    /// Heads of all groups; none for the payload `fixed`.
     pub heads: &'a [u32],
     /// Number of partitions to sum, the mean included: 1 to 4. More means all.
     pub stages: u32,
@@ -43,6 +45,8 @@ pub struct Terms {
     pub codes: [(u32, u32); MOST_BOOKS as usize],
     /// Number of codewords.
     pub count: usize,
+    /// What is coded directly: first word of the escape, and bits of a voxel; 0 bits where nothing is.
+    pub rest: (u32, u32),
 }
 
 impl Frame<'_> {
@@ -60,15 +64,7 @@ impl Frame<'_> {
     #[must_use]
     #[inline]
     pub fn number(&self, first: u32, bit: u64, width: u32) -> u32 {
-        if width == 0 {
-            return 0;
-        }
-        let (word, shift) = (first as usize + (bit >> 5) as usize, (bit & 31) as u32);
-        let mut number = self.index[word] >> shift;
-        if shift + width > 32 {
-            number |= self.index[word + 1] << (32 - shift);
-        }
-        number & ((1 << width) - 1)
+        cvr_groups::number(self.index, first, bit, width)
     }
 
     /// Entry `i` of the codebooks.
@@ -138,7 +134,7 @@ impl Frame<'_> {
         let bits = width + books.clone().map(|book| Self::width(form(book))).sum::<u32>();
         let mut bit = n * u64::from(bits);
         let mean = self.mean(table, word(2) + self.number(start, bit, width));
-        let mut terms = Terms { mean, codes: [(0, 0); MOST_BOOKS as usize], count: 0 };
+        let mut terms = Terms::new(mean);
         bit += u64::from(width);
         for book in books {
             let width = Self::width(form(book));
@@ -150,52 +146,32 @@ impl Frame<'_> {
         terms
     }
 
-    /// Number of bits set below position `n` of 64.
+    /// The groups of the payload `variable`.
+    #[must_use]
     #[inline]
-    const fn below(low: u32, high: u32, n: u32) -> u32 {
-        if n < 32 {
-            return (low & ((1 << n) - 1)).count_ones();
-        }
-        low.count_ones() + (high & ((1 << (n - 32)) - 1)).count_ones()
+    pub const fn groups(&self) -> Groups<'_> {
+        Groups { heads: self.heads, words: self.index, parts: 1 }
     }
 
-    /// Bit `n` of 64.
-    #[inline]
-    const fn bit(low: u32, high: u32, n: u32) -> u32 {
-        if n < 32 {
-            return (low >> n) & 1;
-        }
-        (high >> (n - 32)) & 1
-    }
-
-    /// The terms of a block if each block keeps codes of the first few codebooks. The brick's head gives the start of
-    /// its means and codes, and the number of codes of each block.
+    /// What a block is made of where each keeps codes of the first so many codebooks: its group says which. An escape belongs to
+    /// the last stage.
     fn kept(&self, block: [u32; 3], channel: u32) -> Terms {
         let (g, table) = (self.geometry, self.table(block));
-        let brick = block.map(|b| b / BRICK);
-        let (first, size) = g.brick(brick);
+        let group = block.map(|b| b / GROUP);
+        let (first, size) = g.group(group);
         let n = number([0, 1, 2].map(|a| block[a] - first[a]), size) as u32;
-        let place = channel as usize * g.bricks.voxels() as usize + number(brick, g.bricks.to_array());
-        let (mut start, form) = (self.heads[2 * place], self.heads[2 * place + 1]);
-        let planes = form >> 24;
-        let (mut before, mut count) = (0, 0);
-        for j in 0..planes {
-            let (low, high) = (self.index[start as usize], self.index[start as usize + 1]);
-            before += Self::below(low, high, n) << j;
-            count += Self::bit(low, high, n) << j;
-            start += 2;
-        }
-        let mean_width = (form >> 16) & 31;
-        let code = (form & 0xffff) + self.number(start, u64::from(n * mean_width), mean_width);
-        let mut terms =
-            Terms { mean: self.mean(table, code), codes: [(0, 0); MOST_BOOKS as usize], count: 0 };
-        let width = self.tables[table as usize + 1];
-        let bit = size.iter().product::<u32>() * mean_width + before * width;
-        for b in 0..count {
+        let place = channel as usize * g.groups.voxels() as usize + number(group, g.groups.to_array());
+        let (groups, width) = (self.groups(), self.tables[table as usize + 1]);
+        let kept = groups.block(place, n, size.iter().product(), width);
+        let mut terms = Terms::new(self.mean(table, kept.mean));
+        for b in 0..kept.count {
             let book = table + TABLE_HEAD + BOOK_WORDS * b;
             if self.shown(self.tables[book as usize + 2]) {
-                terms.push(book, self.number(start, u64::from(bit + b * width), width));
+                terms.push(book, groups.code(&kept, b, width));
             }
+        }
+        if self.stages > Partition::High as u32 {
+            terms.rest = (kept.rest, kept.rest_bits);
         }
         terms
     }
@@ -220,7 +196,15 @@ impl Frame<'_> {
     #[inline]
     pub fn sum(&self, terms: &Terms, place: usize) -> i32 {
         let codes = terms.codes[..terms.count].iter();
-        terms.mean + codes.map(|(book, code)| self.term(*book, *code, place)).sum::<i32>()
+        let sum = terms.mean + codes.map(|(book, code)| self.term(*book, *code, place)).sum::<i32>();
+        sum + self.rest(terms, place)
+    }
+
+    /// What is coded directly, at a place.
+    #[inline]
+    fn rest(&self, terms: &Terms, place: usize) -> i32 {
+        let (first, bits) = terms.rest;
+        if bits == 0 { 0 } else { part_value(self.index, first, bits, place) }
     }
 
     /// Sums of a block from place `low` to place `high`.
@@ -231,13 +215,19 @@ impl Frame<'_> {
     #[inline]
     pub fn ends(&self, terms: &Terms, low: [u32; 3], high: [u32; 3]) -> Ends {
         let mut sums = [[terms.mean; 2]; 4];
-        for &(book, code) in &terms.codes[..terms.count] {
+        let mut add = |at: &dyn Fn(usize) -> i32| {
             for (row, sums) in sums.iter_mut().enumerate() {
                 let y = if row & 1 == 1 { high[1] } else { low[1] };
                 let z = if row & 2 == 2 { high[2] } else { low[2] };
-                sums[0] += self.term(book, code, place([low[0], y, z]));
-                sums[1] += self.term(book, code, place([high[0], y, z]));
+                sums[0] += at(place([low[0], y, z]));
+                sums[1] += at(place([high[0], y, z]));
             }
+        };
+        for &(book, code) in &terms.codes[..terms.count] {
+            add(&|place| self.term(book, code, place));
+        }
+        if terms.rest.1 > 0 {
+            add(&|place| self.rest(terms, place));
         }
         sums
     }
@@ -304,6 +294,11 @@ impl FetchVoxels for Frame<'_> {
 }
 
 impl Terms {
+    /// A mean, and nothing else yet.
+    const fn new(mean: i32) -> Self {
+        Self { mean, codes: [(0, 0); MOST_BOOKS as usize], count: 0, rest: (0, 0) }
+    }
+
     fn push(&mut self, book: u32, code: u32) {
         self.codes[self.count] = (book, code);
         self.count += 1;

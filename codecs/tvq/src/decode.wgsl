@@ -1,23 +1,10 @@
-// Decodes voxels and cells from means and sums of codewords. The twin of decode.rs.
+// Voxels and cells out of means and sums of codewords: the twin of decode.rs. What differs between the payloads stands behind
+// it, in decode/fixed.wgsl or decode/variable.wgsl.
 //
-// Constants: tvq_grid, tvq_sub_blocks, tvq_sub_grid, tvq_bricks (vec3<u32>), tvq_channels, tvq_variable, tvq_books,
-// tvq_table_words, tvq_entry_bits, tvq_lanes_log2, tvq_offset, tvq_unit. If tvq_one_table is 1, words of the only table:
-// tvq_one_means, tvq_one_planes, and of its first three codebooks tvq_one_firsts, tvq_one_forms (vec3<u32>).
+// Constants: tvq_grid, tvq_sub_blocks, tvq_sub_grid (vec3<u32>), tvq_channels, tvq_books, tvq_table_words,
+// tvq_entry_bits, tvq_lanes_log2, tvq_offset, tvq_unit. If tvq_one_table is 1, words of the only table: tvq_one_means,
+// tvq_one_planes, and of its first three codebooks tvq_one_firsts, tvq_one_forms (vec3<u32>).
 // Resources: tvq_tables, tvq_codebook, tvq_index, tvq_heads.
-
-// The terms of a block's sum, for any place in the block.
-struct tvq_Terms {
-    mean: i32,
-    table: u32,
-    // Number of codebooks with a code.
-    count: u32,
-    // Payload variable: bits of a code, and the start of the codes.
-    width: u32,
-    start: u32,
-    bit: u32,
-    // Payload fixed: the codes of the mean and of all codebooks, at most 64 bits.
-    record: vec2<u32>,
-}
 
 // The blocks at both ends of a cell's row along x.
 struct tvq_Row {
@@ -44,55 +31,6 @@ fn tvq_value(sum: i32) -> f32 {
     return tvq_offset + tvq_unit * f32(clamp(sum, 0, 65535));
 }
 
-fn tvq_number(first: u32, bit: u32, width: u32) -> u32 {
-    if width == 0u {
-        return 0u;
-    }
-    let word = first + (bit >> 5u);
-    let shift = bit & 31u;
-    var number = tvq_index(word) >> shift;
-    if shift + width > 32u {
-        number |= tvq_index(word + 1u) << (32u - shift);
-    }
-    return number & ((1u << width) - 1u);
-}
-
-// At least `bits` bits (at most 64) of a record, from bit 0 on. Other bits may follow.
-fn tvq_record(first: u32, bit: u32, bits: u32) -> vec2<u32> {
-    let word = first + (bit >> 5u);
-    let shift = bit & 31u;
-    var record = vec2<u32>(tvq_index(word) >> shift, 0u);
-    if bits != 32u || shift != 0u {
-        if shift + bits > 32u {
-            let next = tvq_index(word + 1u);
-            if shift == 0u {
-                record.y = next;
-            } else {
-                record.x |= next << (32u - shift);
-                record.y = next >> shift;
-            }
-        }
-    }
-    if bits > 32u && shift + bits > 64u {
-        record.y |= tvq_index(word + 2u) << (32u - shift);
-    }
-    return record;
-}
-
-// The number of `width` bits (at most 16) at a bit of a record.
-fn tvq_field(record: vec2<u32>, bit: u32, width: u32) -> u32 {
-    var number = 0u;
-    if bit >= 32u {
-        number = record.y >> (bit - 32u);
-    } else {
-        number = record.x >> bit;
-        if bit + width > 32u {
-            number |= record.y << (32u - bit);
-        }
-    }
-    return number & ((1u << width) - 1u);
-}
-
 fn tvq_lane(word: u32, i: u32) -> i32 {
     let lane = i & ((1u << tvq_lanes_log2) - 1u);
     let code = (word >> (lane * tvq_entry_bits)) & ((1u << tvq_entry_bits) - 1u);
@@ -115,13 +53,6 @@ fn tvq_means(table: u32) -> vec3<u32> {
     return vec3<u32>(tvq_tables(table), tvq_tables(table + 1u), tvq_tables(table + 2u));
 }
 
-fn tvq_start(table: u32, channel: u32) -> u32 {
-    if tvq_one_table == 1u {
-        return tvq_one_planes.x + channel * tvq_one_planes.y;
-    }
-    return tvq_tables(table + 3u) + channel * tvq_tables(table + 4u);
-}
-
 // First entry and form of a codebook.
 fn tvq_book(table: u32, b: u32) -> vec2<u32> {
     if tvq_one_table == 1u && tvq_books <= 3u {
@@ -139,21 +70,6 @@ fn tvq_scale(form: u32) -> u32 {
     return ((8u + ((form >> 13u) & 7u)) << ((form >> 8u) & 31u)) >> 3u;
 }
 
-// Bits of a block's mean and of its codes of the codebooks before codebook b, 3 at most.
-fn tvq_before(table: u32, b: u32) -> u32 {
-    var bits = tvq_means(table).y;
-    if b > 0u {
-        bits += tvq_book(table, 0u).y & 31u;
-    }
-    if b > 1u {
-        bits += tvq_book(table, 1u).y & 31u;
-    }
-    if b > 2u {
-        bits += tvq_book(table, 2u).y & 31u;
-    }
-    return bits;
-}
-
 fn tvq_sub(block: vec3<u32>) -> vec3<u32> {
     if tvq_one_table == 1u {
         return vec3<u32>(0u);
@@ -161,74 +77,7 @@ fn tvq_sub(block: vec3<u32>) -> vec3<u32> {
     return block / tvq_sub_blocks;
 }
 
-fn tvq_fixed(block: vec3<u32>, channel: u32) -> tvq_Terms {
-    let sub = tvq_sub(block);
-    let table = tvq_numbered(sub, tvq_sub_grid) * tvq_table_words;
-    let first = sub * tvq_sub_blocks;
-    let size = min(tvq_sub_blocks, tvq_grid - first);
-    let n = tvq_numbered(block - first, size);
-    let bits = tvq_before(table, tvq_books);
-    let record = tvq_record(tvq_start(table, channel), n * bits, bits);
-    let means = tvq_means(table);
-    let mean = i32((means.z + tvq_field(record, 0u, means.y)) << means.x);
-    return tvq_Terms(mean, table, tvq_books, 0u, 0u, 0u, record);
-}
-
-fn tvq_below(low: u32, high: u32, n: u32) -> u32 {
-    if n < 32u {
-        return countOneBits(low & ((1u << n) - 1u));
-    }
-    return countOneBits(low) + countOneBits(high & ((1u << (n - 32u)) - 1u));
-}
-
-fn tvq_bit(low: u32, high: u32, n: u32) -> u32 {
-    if n < 32u {
-        return (low >> n) & 1u;
-    }
-    return (high >> (n - 32u)) & 1u;
-}
-
-fn tvq_kept(block: vec3<u32>, channel: u32) -> tvq_Terms {
-    let table = tvq_numbered(tvq_sub(block), tvq_sub_grid) * tvq_table_words;
-    let brick = block / 4u;
-    let size = min(vec3<u32>(4u), tvq_grid - brick * 4u);
-    let n = tvq_numbered(block - brick * 4u, size);
-    let bricks = tvq_bricks.x * tvq_bricks.y * tvq_bricks.z;
-    let head = (channel * bricks + tvq_numbered(brick, tvq_bricks)) * 2u;
-    var start = tvq_heads(head);
-    let form = tvq_heads(head + 1u);
-    let planes = form >> 24u;
-    var before = 0u;
-    var count = 0u;
-    for (var j = 0u; j < planes; j++) {
-        let low = tvq_index(start);
-        let high = tvq_index(start + 1u);
-        before += tvq_below(low, high, n) << j;
-        count += tvq_bit(low, high, n) << j;
-        start += 2u;
-    }
-    let means = tvq_means(table);
-    let mean_width = (form >> 16u) & 31u;
-    let mean = i32(((form & 0xffffu) + tvq_number(start, n * mean_width, mean_width)) << means.x);
-    let bit = size.x * size.y * size.z * mean_width + before * means.y;
-    return tvq_Terms(mean, table, count, means.y, start, bit, vec2<u32>(0u));
-}
-
-fn tvq_terms(block: vec3<u32>, channel: u32) -> tvq_Terms {
-    if tvq_variable == 1u {
-        return tvq_kept(block, channel);
-    }
-    return tvq_fixed(block, channel);
-}
-
-fn tvq_code(terms: tvq_Terms, b: u32, form: u32) -> u32 {
-    if tvq_variable == 1u {
-        return tvq_number(terms.start, terms.bit + b * terms.width, terms.width);
-    }
-    return tvq_field(terms.record, tvq_before(terms.table, b), form & 31u);
-}
-
-// First entry of the codeword of codebook b, and the scale of its entries. 0 if the block has no such codeword.
+// First entry of the codeword of codebook b, and the scale of its entries: 0 where the block has none.
 fn tvq_codeword(terms: tvq_Terms, b: u32) -> vec2<u32> {
     let book = tvq_book(terms.table, b);
     if b >= terms.count || !tvq_shown(book.y) {
@@ -244,18 +93,6 @@ fn tvq_part(terms: tvq_Terms, b: u32, place: u32) -> i32 {
         return 0;
     }
     return tvq_entry(word.x + place) * i32(word.y);
-}
-
-fn tvq_sum(terms: tvq_Terms, place: u32) -> i32 {
-    // Three codebooks: without a loop their forms are constants.
-    if tvq_variable == 0u {
-        return terms.mean + tvq_part(terms, 0u, place) + tvq_part(terms, 1u, place) + tvq_part(terms, 2u, place);
-    }
-    var sum = terms.mean;
-    for (var b = 0u; b < terms.count; b++) {
-        sum += tvq_part(terms, b, place);
-    }
-    return sum;
 }
 
 fn tvq_fetch(p: vec3<i32>) -> vec4<f32> {
@@ -357,25 +194,13 @@ fn tvq_corners(v: vec3<u32>, w: vec3<u32>, channel: u32) -> array<vec2<i32>, 4> 
         16u * b.z + 4u * a.y + ends,
         16u * b.z + 4u * b.y + ends,
     );
-    var sums = array<vec2<i32>, 4>(
+    let means = array<vec2<i32>, 4>(
         vec2<i32>(row_00.low.mean, row_00.high.mean),
         vec2<i32>(row_10.low.mean, row_10.high.mean),
         vec2<i32>(row_01.low.mean, row_01.high.mean),
         vec2<i32>(row_11.low.mean, row_11.high.mean),
     );
-    if tvq_variable == 0u {
-        sums = tvq_plus(sums, tvq_added(rows, places, 0u));
-        sums = tvq_plus(sums, tvq_added(rows, places, 1u));
-        return tvq_plus(sums, tvq_added(rows, places, 2u));
-    }
-    let books = max(
-        max(max(row_00.low.count, row_00.high.count), max(row_10.low.count, row_10.high.count)),
-        max(max(row_01.low.count, row_01.high.count), max(row_11.low.count, row_11.high.count)),
-    );
-    for (var book = 0u; book < books; book++) {
-        sums = tvq_plus(sums, tvq_added(rows, places, book));
-    }
-    return sums;
+    return tvq_all_added(rows, places, means);
 }
 
 fn tvq_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8> {

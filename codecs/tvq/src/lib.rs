@@ -20,7 +20,7 @@ pub use stream::geometry::{Geometry, Parameters, Payload};
 static INFO: CodecInfo = CodecInfo {
     id: "tvq",
     summary: "a mean per block, and a sum of codewords: inverse transforms by class and partition",
-    stream_version: 2,
+    stream_version: 3,
     decoded_by: &[DecodedBy::Shader, DecodedBy::Cpu],
     fetch_cell: true,
     paper: Some(Paper {

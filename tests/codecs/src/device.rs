@@ -18,13 +18,17 @@ pub fn dump(test_name: &str) -> Option<&'static dyn VoxelDump> {
 /// The failing twin of a codec's conformance tests: a snippet in which `from` is replaced by `to` fails them, and only
 /// for that reason.
 pub fn notices(codec: Arc<dyn Codec>, from: &'static str, to: &'static str) {
+    notices_under(codec, &[Settings::default()], from, to);
+}
+
+/// The same under some settings.
+pub fn notices_under(codec: Arc<dyn Codec>, list: &[Settings], from: &'static str, to: &'static str) {
     let id = codec.info().id;
     let Some(device) = test_device(&format!("{id}::wrong_snippet")) else { return };
-    let defaults = [Settings::default()];
-    let right = conformance::run_shaders(codec.as_ref(), &defaults, device);
+    let right = conformance::run_shaders(codec.as_ref(), list, device);
     right.assert_ok();
     assert!(right.shader_samples > 0, "{right}");
-    let wrong = conformance::run_shaders(&MutatedCodec { inner: codec, from, to }, &defaults, device);
+    let wrong = conformance::run_shaders(&MutatedCodec { inner: codec, from, to }, list, device);
     assert!(wrong.fails(Property::Parity), "{id}: `{to}` goes unnoticed");
     let told =
         |f: &conformance::Failure| f.property == Property::Parity && f.message.contains("the first is voxel");

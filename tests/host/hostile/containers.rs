@@ -141,7 +141,7 @@ fn streams() -> Vec<(Arc<dyn Codec>, Parts)> {
         ("raw", &["", "bits=8", "bits=half"]),
         ("rvq", &["codewords=9", "entries=16 stages=2 codewords=16 tables=per-frame"]),
         ("s3dc", &["block=4", "block=3x5x2 index_bits=8"]),
-        ("tvq", &["", "payload=variable"]),
+        ("tvq", &["", "payload=variable", "payload=variable psnr=60"]),
         ("vq", &["block=2", "block=4 codeword_bits=16"]),
         ("zfp", &["", "rate=1.1"]),
     ];

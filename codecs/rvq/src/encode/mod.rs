@@ -6,12 +6,12 @@ mod sizes;
 mod stage;
 
 use cvr_codebook::pack::BitPacker;
-use cvr_codebook::scale::VALUE_BITS;
 use cvr_codebook::{Quantiser, Vectors, sample};
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
 use cvr_core::kit::{BlockRow, Measured, code_frame, value_range};
 use cvr_core::volume::{BrickSource, FrameIndex, VolumeLayout};
+use cvr_groups::VALUE_BITS;
 
 use crate::settings::Options;
 use crate::stream::{
@@ -125,7 +125,7 @@ impl Trained {
     fn table(&self) -> Table {
         Table {
             codewords: self.stages.iter().map(|s| s.codebook.size() as u32).collect(),
-            scales: self.stages.iter().map(|s| s.scale.byte()).collect(),
+            scales: self.stages.iter().map(|s| s.scale.byte() as u8).collect(),
         }
     }
 }

@@ -3,8 +3,9 @@
 use cvr_codebook::lbg::Stop;
 use cvr_codebook::pack::BitPacker;
 use cvr_codebook::settings::TrainingSettings;
-use cvr_codebook::{Codebook, Quantiser, Scale, Search, Training, Vectors, train_over};
+use cvr_codebook::{Codebook, Quantiser, Search, Training, Vectors, train_over};
 use cvr_core::codec::{Cancelled, Progress};
+use cvr_groups::Scale;
 use rayon::prelude::*;
 
 use crate::stream::{Entries, Geometry};
@@ -44,7 +45,7 @@ impl Stage {
     ) -> Result<Self, Cancelled> {
         let (bits, mut scale) = (entries.code_bits(), Scale::ONE);
         let quantiser = |first: &[f64]| {
-            let (quantiser, of_first) = Scale::entries(bits, reach(first, bits));
+            let (quantiser, of_first) = Quantiser::of_entries(bits, reach(first, bits));
             scale = of_first;
             quantiser
         };
@@ -54,7 +55,7 @@ impl Stage {
         }
         let training = Training {
             size: own,
-            quantiser: Scale::entries(bits, 0.0).0,
+            quantiser: Quantiser::of_entries(bits, 0.0).0,
             initial: with.initial,
             seed,
             stop: Stop { rounds: with.iterations, gain: GAIN },
@@ -75,7 +76,7 @@ impl Stage {
     #[must_use]
     pub fn of(values: &[f64], dimension: usize, entries: Entries) -> Self {
         let bits = entries.code_bits();
-        let (quantiser, scale) = Scale::entries(bits, reach(values, bits));
+        let (quantiser, scale) = Quantiser::of_entries(bits, reach(values, bits));
         let stored: Vec<f64> =
             values.iter().enumerate().map(|(i, v)| stored(quantiser, entries, i % 3, *v)).collect();
         Self { codebook: Codebook::one_for_each(&stored, dimension, quantiser), scale }

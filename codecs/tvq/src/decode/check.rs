@@ -1,7 +1,9 @@
 //! Checks of a frame before a decoder uses its numbers.
 
+use cvr_groups::Limits;
+
 use super::Frame;
-use crate::stream::geometry::{HEAD_WORDS, MOST_PLANES, Payload, VALUE_BITS, number, positions};
+use crate::stream::geometry::{Payload, VALUE_BITS, number, positions};
 use crate::stream::table::{Table, fixed_words};
 
 /// Checks that every mean, code and count of a frame stays within its table.
@@ -15,10 +17,13 @@ pub fn check_frame(frame: &Frame<'_>, tables: &[Table]) -> Result<(), String> {
     }
 }
 
+/// A mean is at most one step above the top.
+const fn greatest_mean(table: &Table) -> u32 {
+    (2 << VALUE_BITS) >> table.mean_shift
+}
+
 fn check_mean(table: &Table, code: u32) -> Result<(), String> {
-    // A mean is at most one step above the top.
-    let value = u64::from(code) << table.mean_shift;
-    if value <= 2 << VALUE_BITS { Ok(()) } else { Err(format!("a mean of code {code}")) }
+    if code <= greatest_mean(table) { Ok(()) } else { Err(format!("a mean of code {code}")) }
 }
 
 fn check_fixed(frame: &Frame<'_>, tables: &[Table]) -> Result<(), String> {
@@ -60,44 +65,21 @@ fn check_fixed(frame: &Frame<'_>, tables: &[Table]) -> Result<(), String> {
 }
 
 fn check_variable(frame: &Frame<'_>, tables: &[Table]) -> Result<(), String> {
-    let g = frame.geometry;
-    let mut heads = frame.heads.chunks_exact(HEAD_WORDS as usize);
-    for _ in 0..g.channels {
-        for brick in positions(g.bricks.to_array()) {
-            let Some(&[start, form]) = heads.next() else { return Err("a head is missing".to_owned()) };
-            let (first, size) = g.brick(brick);
-            let sub = [0, 1, 2].map(|a| first[a] / g.sub_blocks[a]);
-            let table = &tables[number(sub, g.sub_grid.to_array())];
-            let (count, mean_width, planes) = (size.iter().product::<u32>(), (form >> 16) & 31, form >> 24);
-            if mean_width > 16 || planes > MOST_PLANES {
-                return Err(format!("means of {mean_width} bits and {planes} planes in brick {brick:?}"));
-            }
-            check_mean(table, (form & 0xffff) + ((1 << mean_width) - 1))?;
-            let behind = u64::from(start) + 2 * u64::from(planes);
-            if behind > frame.index.len() as u64 {
-                return Err(format!("the planes of brick {brick:?} end at word {behind}"));
-            }
-            let end = (frame.index.len() as u64 - behind) * 32;
-            let mut bit = u64::from(count * mean_width);
-            for n in 0..count {
-                let word = |j: u32| frame.index[(start + 2 * j + n / 32) as usize];
-                let kept: u32 = (0..planes).map(|j| (word(j) >> (n % 32) & 1) << j).sum();
-                if kept as usize > table.books.len() || bit + u64::from(kept * table.width) > end {
-                    return Err(format!("block {n} of brick {brick:?} keeps {kept} codes"));
-                }
-                for book in &table.books[..kept as usize] {
-                    if frame.number(behind as u32, bit, table.width) >= book.size {
-                        return Err(format!(
-                            "block {n} of brick {brick:?} names a codeword of {}",
-                            book.size
-                        ));
-                    }
-                    bit += u64::from(table.width);
-                }
-            }
-            if bit > end {
-                return Err(format!("the means of brick {brick:?} end at bit {bit}"));
-            }
+    let (g, groups) = (frame.geometry, frame.groups());
+    let codewords = |t: &Table| t.books.iter().map(|book| book.size).collect();
+    let codewords: Vec<Vec<u32>> = tables.iter().map(codewords).collect();
+    for channel in 0..g.channels as usize {
+        for (n, group) in positions(g.groups.to_array()).enumerate() {
+            let (first, size) = g.group(group);
+            let s = number([0, 1, 2].map(|a| first[a] / g.sub_blocks[a]), g.sub_grid.to_array());
+            let limits = Limits {
+                blocks: size.iter().product(),
+                code_bits: tables[s].width,
+                codewords: &codewords[s],
+                greatest_mean: greatest_mean(&tables[s]),
+            };
+            cvr_groups::check(&groups, channel * g.groups.voxels() as usize + n, &limits)
+                .map_err(|problem| format!("group {group:?} of channel {channel}: {problem}"))?;
         }
     }
     Ok(())

@@ -4,8 +4,9 @@
 //! volume. A fetch is faster if the numbers of a block are adjacent, usually in one word. A decoder reorders them once
 //! when it opens a stream. Both orders have the same size.
 
+use cvr_groups::Bits;
+
 use super::Frame;
-use crate::stream::bits::Bits;
 use crate::stream::geometry::positions;
 use crate::stream::table::Table;
 

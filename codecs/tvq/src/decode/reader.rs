@@ -2,36 +2,45 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::LazyLock;
 
 use cvr_core::codec::{Agreement, DecodeError, DecodedForm, Resource, WgslModule, check_stream};
 use cvr_core::container::{Element, EncodedVolume, Tensor};
 use cvr_core::kit::{PartedTensor, StreamReader};
 use cvr_core::memory::{self, Held};
 use cvr_core::volume::{BrickKey, Extent, FrameIndex, Level, ValueRange, VolumeLayout};
+use cvr_groups::{Scale, part_range, snippet};
 
 use super::check::check_frame;
+use super::former::rewritten;
 use super::interleave::records;
 use super::{Frame, Terms};
 use crate::INFO;
 use crate::stream::geometry::{BOOK_WORDS, Geometry, Parameters, Payload, TABLE_HEAD, TOP, VOXELS};
-use crate::stream::scale::Scale;
 use crate::stream::table::Table;
 use crate::stream::{CODEBOOK, HEADS, INDEX, TABLES};
 
-/// Means and codes in fetch order.
+/// Words as they are fetched.
 #[derive(Debug)]
-enum Index {
+enum Words {
     /// As the stream has them.
     Stream(Tensor),
-    /// Block by block: see [`records`].
-    Records { words: Vec<u32>, _held: Held },
+    /// Written anew when the stream was opened, frame by frame.
+    Anew { words: Vec<u32>, _held: Held },
 }
 
-impl Index {
-    fn words(&self) -> &[u32] {
+impl Words {
+    /// Words that take the place of the stream's own, and no more than these, which the file has shown to hold.
+    fn anew(words: Vec<u32>, what: &str) -> Result<Self, DecodeError> {
+        let bytes = size_of_val(&words[..]) as u64;
+        memory::check(bytes, || what.to_owned())?;
+        Ok(Self::Anew { words, _held: Held::new(bytes) })
+    }
+
+    fn get(&self) -> &[u32] {
         match self {
             Self::Stream(tensor) => tensor.words(),
-            Self::Records { words, .. } => words,
+            Self::Anew { words, .. } => words,
         }
     }
 }
@@ -43,8 +52,10 @@ pub struct Reader {
     geometry: Geometry,
     tables: PartedTensor,
     codebook: Tensor,
-    index: Index,
-    heads: Option<PartedTensor>,
+    /// Means and codes; under the payload `fixed` block by block.
+    index: Words,
+    /// Heads of groups, frame by frame; none under the payload `fixed`.
+    heads: Option<Words>,
     /// Words of the codebooks of each set, and of the indices of each frame.
     parts: [Vec<Range<usize>>; 2],
     /// Per set and codeword, the least and largest of its sums. The index is the first entry divided by the entries of
@@ -89,13 +100,14 @@ impl Reader {
         let heads = match geometry.payload {
             Payload::Fixed => None,
             Payload::Variable => {
-                Some(PartedTensor::open(volume, HEADS, &[u64::from(layout.frames), geometry.frame_heads()])?)
+                let shape = [u64::from(layout.frames), geometry.frame_heads()];
+                Some(Words::Stream(tensor(HEADS, &shape)?))
             }
         };
         let mut decoder = Self {
             tables: PartedTensor::open(volume, TABLES, &tables_shape)?,
             codebook: tensor(CODEBOOK, &length(0))?,
-            index: Index::Stream(tensor(INDEX, &length(1))?),
+            index: Words::Stream(tensor(INDEX, &length(1))?),
             heads,
             parts,
             ranges: Vec::new(),
@@ -103,12 +115,13 @@ impl Reader {
             layout,
             geometry,
         };
-        let tables = decoder.check()?;
+        let sets = decoder.sets()?;
+        if volume.spec().stream_version < GROUPS_SINCE && decoder.geometry.payload == Payload::Variable {
+            decoder.rewrite(&sets)?;
+        }
+        decoder.check(&sets)?;
         if decoder.geometry.payload == Payload::Fixed {
-            // As many words as the stream has. The file is proven to hold them.
-            let bytes = size_of_val(decoder.index.words()) as u64;
-            memory::check(bytes, || "the stream's codes side by side".to_owned())?;
-            decoder.index = Index::Records { words: decoder.records(&tables), _held: Held::new(bytes) };
+            decoder.index = Words::anew(decoder.records(&sets), "the stream's codes side by side")?;
         }
         decoder.ranges = (0..decoder.geometry.tables).map(|set| decoder.codeword_ranges(set)).collect();
         Ok(decoder)
@@ -123,16 +136,37 @@ impl Reader {
         tables.collect::<Result<_, String>>().map_err(DecodeError::Corrupt)
     }
 
-    /// Checks everything that a fetch relies on, so that no later fetch reads outside. Returns the tables of all sets.
-    fn check(&self) -> Result<Vec<Vec<Table>>, DecodeError> {
-        let sets = (0..self.geometry.tables).map(|set| self.set_tables(set));
-        let sets = sets.collect::<Result<Vec<_>, _>>()?;
+    /// The tables of all sets.
+    fn sets(&self) -> Result<Vec<Vec<Table>>, DecodeError> {
+        (0..self.geometry.tables).map(|set| self.set_tables(set)).collect()
+    }
+
+    /// Everything that a fetch relies on, so that no later fetch reads outside.
+    fn check(&self, sets: &[Vec<Table>]) -> Result<(), DecodeError> {
         for frame in 0..self.layout.frames {
             let tables = &sets[self.geometry.set_of(frame)];
             check_frame(&self.frame(FrameIndex(frame), Level::FULL), tables)
                 .map_err(|problem| DecodeError::Corrupt(format!("frame {frame}: {problem}")))?;
         }
-        Ok(sets)
+        Ok(())
+    }
+
+    /// Groups of an earlier version as groups of today, which take no more words.
+    fn rewrite(&mut self, sets: &[Vec<Table>]) -> Result<(), DecodeError> {
+        let (mut heads, mut index, mut lengths) = (Vec::new(), Vec::new(), Vec::new());
+        for frame in 0..self.layout.frames {
+            let tables = &sets[self.geometry.set_of(frame)];
+            let of_frame = rewritten(&self.frame(FrameIndex(frame), Level::FULL), tables)
+                .map_err(|problem| DecodeError::Corrupt(format!("frame {frame}: {problem}")))?;
+            heads.extend(of_frame.0);
+            lengths.push(of_frame.1.len() as u64);
+            index.extend(of_frame.1);
+        }
+        self.parts[1] =
+            parts(lengths.into_iter()).ok_or_else(|| DecodeError::Corrupt("sizes overflow".to_owned()))?;
+        self.index = Words::anew(index, "the stream's groups in today's form")?;
+        self.heads = Some(Words::anew(heads, "the heads of the stream's groups in today's form")?);
+        Ok(())
     }
 
     /// The indices of all frames, reordered block by block. No frame changes its number of words.
@@ -158,7 +192,10 @@ impl Reader {
 
     /// Bounds of the sums of a block.
     fn sum_range(&self, frame: &Frame<'_>, terms: &Terms, set: usize) -> (i32, i32) {
-        terms.codes[..terms.count].iter().fold((terms.mean, terms.mean), |(low, high), (book, code)| {
+        let (first, bits) = terms.rest;
+        let rest = if bits == 0 { (0, 0) } else { part_range(frame.index, first, bits) };
+        let begun = (terms.mean + rest.0, terms.mean + rest.1);
+        terms.codes[..terms.count].iter().fold(begun, |(low, high), (book, code)| {
             let form = frame.tables[*book as usize + 2];
             let first = frame.tables[*book as usize] as usize / VOXELS;
             let (least, largest) = self.ranges[set][first + *code as usize];
@@ -177,12 +214,12 @@ impl StreamReader for Reader {
 
     fn frame(&self, frame: FrameIndex, level: Level) -> Frame<'_> {
         let g = &self.geometry;
-        let (frame, set) = (frame.0 as usize, g.set_of(frame.0));
+        let (frame, set, head_words) = (frame.0 as usize, g.set_of(frame.0), g.frame_heads() as usize);
         Frame {
             tables: self.tables.part(set),
             codebook: &self.codebook.words()[self.parts[0][set].clone()],
-            index: &self.index.words()[self.parts[1][frame].clone()],
-            heads: self.heads.as_ref().map_or(&[], |heads| heads.part(frame)),
+            index: &self.index.get()[self.parts[1][frame].clone()],
+            heads: self.heads.as_ref().map_or(&[], |heads| &heads.get()[frame * head_words..][..head_words]),
             stages: level.stages.into(),
             geometry: g,
         }
@@ -218,13 +255,15 @@ impl StreamReader for Reader {
         let words = if one_table { self.tables.words() } else { &[] };
         let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
         let of_books = |i: u32| [0, 1, 2].map(|b| word(TABLE_HEAD + BOOK_WORDS * b + i));
-        WgslModule::new("codecs/tvq/src/decode.wgsl", include_str!("../decode.wgsl"))
+        let source: &str = match g.payload {
+            Payload::Fixed => FIXED,
+            Payload::Variable => &VARIABLE,
+        };
+        let module = WgslModule::new("codecs/tvq/src/decode.wgsl", source)
             .with("grid", g.grid.blocks())
             .with("sub_blocks", g.sub_blocks)
             .with("sub_grid", g.sub_grid)
-            .with("bricks", g.bricks)
             .with("channels", g.channels)
-            .with("variable", u32::from(g.payload == Payload::Variable))
             .with("books", g.books)
             .with("table_words", TABLE_HEAD + BOOK_WORDS * g.books)
             .with("entry_bits", g.entry_bits)
@@ -235,7 +274,11 @@ impl StreamReader for Reader {
             .with("one_firsts", of_books(0))
             .with("one_forms", of_books(2))
             .with("offset", g.quantiser.offset())
-            .with("unit", g.quantiser.step())
+            .with("unit", g.quantiser.step());
+        match g.payload {
+            Payload::Fixed => module,
+            Payload::Variable => module.with("groups", g.groups).with("parts", 1),
+        }
     }
 
     /// Sums are sums of integers, so only the last expression rounds.
@@ -254,5 +297,14 @@ impl StreamReader for Reader {
         ]
     }
 }
+
+/// The version of streams since which groups have today's form.
+const GROUPS_SINCE: u32 = 3;
+
+/// The snippet of each payload.
+const FIXED: &str = concat!(include_str!("../decode.wgsl"), "\n", include_str!("fixed.wgsl"));
+static VARIABLE: LazyLock<String> = LazyLock::new(|| {
+    snippet(INFO.id, concat!(include_str!("../decode.wgsl"), "\n", include_str!("variable.wgsl")))
+});
 
 const _: () = assert!(TOP == 65535);

@@ -4,9 +4,11 @@ use cvr_codebook::blocks::cuts;
 use cvr_codebook::{Quantiser, Search};
 use cvr_core::codec::{EncodeError, Progress};
 use cvr_core::volume::{BrickSource, Extent};
+use cvr_groups::part_value;
 use rayon::prelude::*;
 
 use crate::encode::domain::{Domain, Row};
+use crate::encode::kept::KeptPlane;
 use crate::encode::train::book::Book;
 use crate::stream::geometry::{TOP, VOXELS, block as block_size, number};
 
@@ -155,7 +157,7 @@ impl<'a> Coder<'a> {
         }
     }
 
-    /// The largest error of a sample, integers rounded. Blocks keep the number of codes in `kept`, or all.
+    /// The largest error of a sample, integers rounded; blocks keep what `kept` says, or all codes.
     ///
     /// # Errors
     /// Those of reading, and when `run` was cancelled.
@@ -164,7 +166,7 @@ impl<'a> Coder<'a> {
         source: &dyn BrickSource,
         domain: &Domain,
         planes: &[Plane],
-        kept: Option<&[Vec<u8>]>,
+        kept: Option<&[KeptPlane]>,
         run: &Progress<'_>,
     ) -> Result<f64, EncodeError> {
         let (mut worst, [width, height, depth]) = (0.0_f64, domain.size);
@@ -177,8 +179,8 @@ impl<'a> Coder<'a> {
                         let p = f * rows.len() + c;
                         for n in 0..width as usize {
                             let block = number([n as u32, y, z], domain.size);
-                            let count = kept.map_or(planes[p].books, |kept| kept[p][block].into());
-                            worst = worst.max(self.worst_of(row, n, (&planes[p], block), count));
+                            worst =
+                                worst.max(self.worst_of(row, n, (&planes[p], block), kept.map(|k| &k[p])));
                         }
                     }
                     Ok(worst)
@@ -192,12 +194,23 @@ impl<'a> Coder<'a> {
         Ok(worst)
     }
 
-    /// The largest error of block `n` of a row of data values, which is block `block` of `plane`.
-    fn worst_of(&self, row: &Row, n: usize, (plane, block): (&Plane, usize), count: usize) -> f64 {
+    /// The largest error of block `n` of a row of data values, which is that block of its plane.
+    fn worst_of(
+        &self,
+        row: &Row,
+        n: usize,
+        (plane, block): (&Plane, usize),
+        kept: Option<&KeptPlane>,
+    ) -> f64 {
+        let count = kept.map_or(plane.books, |kept| kept.codes[block].into());
         let mut sums = [(plane.means[block] << self.mean_shift) as i32; VOXELS];
         for (book, code) in self.books.iter().zip(&plane.codes[block * plane.books..]).take(count) {
             let codeword = book.codebook.codeword((*code).into());
             sums.iter_mut().zip(codeword).for_each(|(s, c)| *s += *c as i32);
+        }
+        if let Some(kept) = kept.filter(|kept| kept.bits[block] > 0) {
+            let (words, bits) = (kept.escape(block), kept.bits[block].into());
+            sums.iter_mut().enumerate().for_each(|(i, s)| *s += part_value(words, 0, bits, i));
         }
         let inside = cvr_codebook::blocks::inside(block_size(), 1, row.cut(n));
         let mut worst = 0.0_f64;

@@ -7,6 +7,7 @@
 mod closed_loop;
 mod domain;
 mod fixed;
+mod kept;
 mod sample;
 pub mod train;
 mod tuned;
@@ -22,6 +23,7 @@ use cvr_core::volume::{BrickSource, VolumeLayout};
 
 use crate::settings::{Options, Target};
 use crate::stream::geometry::{Payload, VALUE_BITS, block};
+use variable::Sum;
 use work::{Kept, Sets, Work, domains};
 
 /// Encodes with one set of settings.
@@ -65,10 +67,10 @@ impl Encoder for TvqEncoder {
     }
 }
 
-/// Codebooks and codes, and with the payload `variable` the number of codes of each block.
+/// Codebooks and codes, and under the payload `variable` what each block keeps and what that comes to.
 struct Coding {
     sets: Sets,
-    kept: Option<Kept>,
+    kept: Option<(Kept, Sum)>,
 }
 
 impl Coding {
@@ -77,8 +79,8 @@ impl Coding {
         match work.options.payload {
             Payload::Fixed => Ok(Self { sets: fixed::encode(work)?, kept: None }),
             Payload::Variable => {
-                let (sets, kept) = variable::encode(work)?;
-                Ok(Self { sets, kept: Some(kept) })
+                let (sets, kept, sum) = variable::encode(work)?;
+                Ok(Self { sets, kept: Some((kept, sum)) })
             }
         }
     }
@@ -87,15 +89,15 @@ impl Coding {
     fn bits(&self, work: &Work<'_>) -> f64 {
         match &self.kept {
             None => fixed::bits(work, &self.sets) + work.overhead(3),
-            Some(kept) => variable::bits(work, &self.sets, kept),
+            Some((_, sum)) => sum.bits,
         }
     }
 
     fn write(&self, work: &Work<'_>, out: &mut dyn StreamWriter) -> Result<EncodeReport, EncodeError> {
         let written = match &self.kept {
             None => fixed::written(work, &self.sets),
-            Some(kept) => variable::written(work, &self.sets, kept)?,
+            Some((kept, sum)) => variable::written(work, &self.sets, (kept, *sum))?,
         };
-        work.write(written, (&self.sets, self.kept.as_ref()), out)
+        work.write(written, (&self.sets, self.kept.as_ref().map(|kept| &kept.0)), out)
     }
 }

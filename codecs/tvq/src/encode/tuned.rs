@@ -182,6 +182,25 @@ pub mod variable {
     pub const TRIES: usize = 4;
 }
 
+/// The payload `variable`: blocks that are coded directly behind their codes.
+pub mod escapes {
+    /// Part of a step of integers that escapes behind codes have at most where they are to lose nothing: codes leave values
+    /// between integers, which a whole step would round either way. Derived.
+    pub const COVERED: f64 = 0.95;
+    /// One more bit for each voxel is not tried where what is left is worth less than this part of it. Limit.
+    pub const WORTH: f64 = 1.0;
+    /// Part of a block's error that is expected to be left by a quantiser of 0, 1, … bits: between normal and Laplacian
+    /// distributions (Max 1960). Trials alone use it.
+    pub const LEFT: [f64; 5] = [1.0, 0.42, 0.15, 0.05, 0.016];
+    /// And by each further bit.
+    pub const LEFT_BEYOND: f64 = 0.3;
+    /// Escapes are tried that may pay at this part of the price that is expected, and at less of it where that turns out to be
+    /// too dear. Limit.
+    pub const FLOOR: f64 = 0.2;
+    /// How often a lower price is tried before every block is.
+    pub const FLOORS: usize = 3;
+}
+
 /// The payload `variable`: rate control.
 pub mod rate_control {
     /// Number of halvings of a range of prices. Their logarithms are then known within 2 · ln 10⁷ / 2²⁸. Derived.

@@ -9,6 +9,7 @@ use cvr_core::volume::{BrickSource, Extent, VolumeLayout};
 
 use super::closed_loop::{Coder, Plane};
 use super::domain::Domain;
+use super::kept::KeptPlane;
 use super::train::book::{Book, Recipe};
 use super::train::trainer::Training;
 use super::tuned::codebooks::{GAIN, HEADER_BYTES, HEADER_USED, MEAN_STEP, QUICK_ROUNDS};
@@ -45,8 +46,8 @@ pub struct Coded {
 /// The tables of every set, by sub-volume.
 pub type Sets = Vec<Vec<Coded>>;
 
-/// Number of codes that each block keeps, by set, sub-volume and plane.
-pub type Kept = Vec<Vec<Vec<Vec<u8>>>>;
+/// By set, sub-volume and plane: what blocks keep.
+pub type Kept = Vec<Vec<Vec<KeptPlane>>>;
 
 impl Work<'_> {
     /// Bits of an entry.

@@ -1,4 +1,4 @@
-//! Decode parameters, and positions of blocks, sub-volumes and bricks.
+//! Decode parameters, and where blocks, sub-volumes and groups lie.
 
 use cvr_codebook::Quantiser;
 use cvr_core::codec::Block;
@@ -10,21 +10,19 @@ use serde::{Deserialize, Serialize};
 pub const EDGE: u32 = 4;
 /// Voxels of a block.
 pub const VOXELS: usize = 64;
-/// Blocks along each axis of a brick.
-pub const BRICK: u32 = 4;
+/// Blocks along each axis of a group.
+pub const GROUP: u32 = cvr_groups::EDGE;
 /// Most codebooks of a table.
 pub const MOST_BOOKS: u32 = 63;
 /// Most codebooks of a table of the payload `fixed`. A block then needs at most 64 bits.
 pub const FIXED_BOOKS: u32 = 3;
-/// Most bits of a block's count of codes.
-pub const MOST_PLANES: u32 = 6;
-/// Words of the head of a brick.
-pub const HEAD_WORDS: u32 = 2;
+/// Words of the head of a group.
+pub const HEAD_WORDS: u32 = cvr_groups::HEAD_WORDS;
 /// Words of a table before its codebooks.
 pub const TABLE_HEAD: u32 = 5;
 /// Words of a codebook in its table.
 pub const BOOK_WORDS: u32 = 3;
-pub use cvr_codebook::scale::VALUE_BITS;
+pub use cvr_groups::VALUE_BITS;
 
 /// Largest value before it is scaled to data units.
 pub const TOP: i32 = (1 << VALUE_BITS) - 1;
@@ -35,7 +33,7 @@ pub const TOP: i32 = (1 << VALUE_BITS) - 1;
 pub enum Payload {
     /// A mean and one code of every codebook.
     Fixed,
-    /// A mean and as many codes as the block needs, located through its brick.
+    /// A mean and as many codes as the block needs, found through its group.
     Variable,
 }
 
@@ -82,8 +80,8 @@ pub struct Geometry {
     pub sub_blocks: [u32; 3],
     /// Sub-volumes along each axis.
     pub sub_grid: Extent,
-    /// Bricks along each axis.
-    pub bricks: Extent,
+    /// Groups along each axis.
+    pub groups: Extent,
     /// Sums become values.
     pub quantiser: Quantiser,
     /// Bits of one entry of a codebook: 8 or 16.
@@ -105,7 +103,7 @@ impl Geometry {
         let p = parameters;
         let grid = block_grid(layout.extent);
         let fits = grid.to_array() == p.grid
-            && (p.subvolume == 0 || (p.subvolume.is_multiple_of(EDGE * BRICK) && p.subvolume <= 1024))
+            && (p.subvolume == 0 || (p.subvolume.is_multiple_of(EDGE * GROUP) && p.subvolume <= 1024))
             && p.books <= if p.payload == Payload::Fixed { FIXED_BOOKS } else { MOST_BOOKS }
             && matches!(p.entry_bits, 8 | 16)
             && (p.tables == 1 || p.tables == layout.frames)
@@ -124,7 +122,7 @@ impl Geometry {
             grid: BlockGrid::new(block(), layout.extent),
             sub_blocks,
             sub_grid: grid.blocks_of(sub),
-            bricks: grid.blocks_of(Extent::cube(BRICK).ok()?),
+            groups: grid.blocks_of(Extent::cube(GROUP).ok()?),
             quantiser: Quantiser::of_stream(VALUE_BITS, p.offset, p.step)?,
             entry_bits: p.entry_bits,
             books: p.books,
@@ -163,7 +161,7 @@ impl Geometry {
     pub const fn frame_heads(&self) -> u64 {
         match self.payload {
             Payload::Fixed => 0,
-            Payload::Variable => self.bricks.voxels() * self.channels as u64 * HEAD_WORDS as u64,
+            Payload::Variable => self.groups.voxels() * self.channels as u64 * HEAD_WORDS as u64,
         }
     }
 
@@ -175,12 +173,12 @@ impl Geometry {
         (first, [0, 1, 2].map(|a| size[a].min(grid[a] - first[a])))
     }
 
-    /// Blocks of a brick: its first block, and the number along each axis.
+    /// Blocks of a group: its first block, and how many there are along each axis.
     #[must_use]
-    pub fn brick(&self, brick: [u32; 3]) -> ([u32; 3], [u32; 3]) {
+    pub fn group(&self, group: [u32; 3]) -> ([u32; 3], [u32; 3]) {
         let grid = self.grid.blocks().to_array();
-        let first = brick.map(|b| b * BRICK);
-        (first, [0, 1, 2].map(|a| BRICK.min(grid[a] - first[a])))
+        let first = group.map(|b| b * GROUP);
+        (first, [0, 1, 2].map(|a| GROUP.min(grid[a] - first[a])))
     }
 
     /// Whether a shader can address one frame with 32-bit numbers of words, and of bits in a sub-volume.

@@ -1,7 +1,5 @@
-//! Content of a stream: parameters and sizes, tables, scales of entries, and packed numbers. It depends on no other
-//! module of the codec.
+//! What a stream holds: parameters and sizes, tables, and where blocks lie. It names no other room.
 
-pub mod bits;
 pub mod geometry;
 pub mod table;
 
@@ -11,7 +9,5 @@ pub const TABLES: &str = "tables";
 pub const CODEBOOK: &str = "codebook";
 /// Tensor and shader resource: means and codes.
 pub const INDEX: &str = "index";
-/// Tensor and shader resource: start of the means and codes of each brick.
+/// Tensor and shader resource: where the means and codes of each group begin.
 pub const HEADS: &str = "heads";
-
-pub use cvr_codebook::scale;

@@ -1,7 +1,8 @@
 //! Tables: how to read the blocks of one sub-volume, in words.
 
+use cvr_groups::Scale;
+
 use super::geometry::{BOOK_WORDS, Geometry, Payload, TABLE_HEAD, VALUE_BITS, VOXELS};
-use super::scale::Scale;
 
 /// The partitions, in the order of their codebooks. The mean is stage 0.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -35,6 +35,7 @@ proptest! {
     fn a_cell_is_eight_fetches(
         size in [1_u32..20, 1_u32..9, 1_u32..9],
         variable: bool,
+        directly: bool,
         index_bits in 4_u32..9,
         deep: bool,
         rgb: bool,
@@ -42,7 +43,8 @@ proptest! {
     ) {
         let same = check(size, if rgb { 3 } else { 1 }, seed, &[
             ("payload", if variable { "variable" } else { "fixed" }),
-            ("rate", if variable { "4" } else { "0" }),
+            ("rate", if variable && !directly { "4" } else { "0" }),
+            ("psnr", if variable && directly { "50" } else { "0" }),
             ("index_bits", &index_bits.to_string()),
             ("entry_bits", if deep { "16" } else { "8" }),
             ("iterations", "1"),

@@ -22,7 +22,28 @@ fn the_payload_variable_passes() {
     passes(&[settings(&[("payload", "variable")])]);
 }
 
-/// If a device runs the shaders, a wrong shader fails.
+/// Few codes do not reach this.
+const DIRECTLY: [(&str, &str); 4] =
+    [("payload", "variable"), ("psnr", "60"), ("index_bits", "4"), ("codes", "3")];
+
+#[test]
+fn blocks_that_are_coded_directly_pass() {
+    passes(&[settings(&DIRECTLY)]);
+}
+
+/// A step that is off by one is noticed, and so is an escape that is read one word late.
+#[test]
+fn a_wrong_escape_is_noticed() {
+    let list = [settings(&DIRECTLY)];
+    for (from, to) in [
+        ("(8u + ((form >> 5u) & 7u))", "(9u + ((form >> 5u) & 7u))"),
+        ("end - tvq_parts * (nth + 1u", "end - tvq_parts * (nth"),
+    ] {
+        cvr_codec_tests::device::notices_under(cvr_tvq::codec(), &list, from, to);
+    }
+}
+
+/// Where a device runs the shaders, a wrong one does not pass.
 #[test]
 fn a_wrong_snippet_is_noticed() {
     cvr_codec_tests::device::notices(

@@ -10,7 +10,7 @@ use cvr_tvq::Tvq;
 
 const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
-const KEPT: [Kept<4>; 4] = [
+const KEPT: [Kept<4>; 5] = [
     Kept {
         name: "v1-f32-fixed",
         version: 1,
@@ -40,6 +40,16 @@ const KEPT: [Kept<4>; 4] = [
         crc32c: [0x353a_cd4f, 0xab70_d142, 0xda6d_68d0, 0x3906_3110],
         made: || {
             let pairs = [("payload", "variable"), ("entry_bits", "8"), ("index_bits", "4"), ("rate", "6")];
+            made(SampleType::I16, 3, 2, &pairs)
+        },
+    },
+    // Groups with masks, planes of one word, and blocks that are coded directly.
+    Kept {
+        name: "v3-rgb-variable-escaped",
+        version: 3,
+        crc32c: [0x353a_cd4f, 0xbd53_a6dd, 0xabd4_db02, 0x4b7f_1c38],
+        made: || {
+            let pairs = [("payload", "variable"), ("entry_bits", "8"), ("index_bits", "4"), ("rate", "9")];
             made(SampleType::I16, 3, 2, &pairs)
         },
     },

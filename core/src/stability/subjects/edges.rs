@@ -1,4 +1,4 @@
-//! Volumes of edges: a step, one hot voxel, a thin sheet, a checkerboard.
+//! Volumes of edges: a step, one hot voxel, a thin sheet, a checkerboard, a sharp front.
 
 use super::Subject;
 use super::field::{At, volume};
@@ -33,6 +33,13 @@ pub(super) const SUBJECTS: &[Subject] = &[
         &[16.0, 8.0, 4.0, 2.0, 1.0],
         checkerboard,
     ),
+    Subject::field(
+        "front",
+        "a part of a thin, ragged, saturated shell in a smooth volume, as in flames: few blocks hold most of the contrast",
+        "share of blocks of 4³ that the front crosses",
+        &[0.001, 0.003, 0.01, 0.03, 0.1],
+        front,
+    ),
 ];
 
 /// The gentle ramp of materials, `0.0..=20.0`.
@@ -57,6 +64,33 @@ fn sheet(tilt: f64, edge: u32) -> DenseVolume {
         let [x, y, z] = at.p.map(|c| f64::from(c) - middle);
         let away = z - 0.5 - tilt * (x + 0.5 * y);
         shade(at) + if (-0.5..0.5).contains(&away) { 220.0 } else { 20.0 }
+    })
+}
+
+fn front(share_of_blocks: f64, edge: u32) -> DenseVolume {
+    let (middle, radius) = (f64::from(edge) * 0.5 + 0.3, f64::from(edge) * 0.36);
+    let away = |p: [f64; 3]| p.map(|c| (c - middle).powi(2)).iter().sum::<f64>().sqrt() - radius;
+    // Blocks whose centre is near the shell, those of one side first: the front is a cap that grows.
+    let along = edge.div_ceil(4);
+    let centre = |n: u32| [n % along, n / along % along, n / along / along].map(|b| f64::from(4 * b) + 1.5);
+    let mut crossed: Vec<u32> = (0..along.pow(3)).filter(|n| away(centre(*n)).abs() < 2.0).collect();
+    let place = |n: &u32| {
+        let [x, y, z] = centre(*n);
+        x + 2.0 * y + 3.0 * z
+    };
+    crossed.sort_by(|a, b| place(a).total_cmp(&place(b)));
+    crossed.truncate((share_of_blocks * f64::from(along.pow(3))).round() as usize);
+    crossed.sort_unstable();
+    volume([edge; 3], 1, SampleType::U8, |at| {
+        let [x, y, z] = at.p.map(|c| c / 4);
+        let smooth = 20.0 + 40.0 * at.bump();
+        let on_front = crossed.binary_search(&((z * along + y) * along + x)).is_ok();
+        let distance = away(at.p.map(f64::from)).abs();
+        if on_front && distance < 0.5 + at.noise(17) {
+            (140.0 + 200.0 * at.noise(18)).min(255.0)
+        } else {
+            smooth
+        }
     })
 }
 

@@ -1,7 +1,8 @@
 //! Writes means and codes of a frame of the payload `fixed` as words.
 
+use cvr_groups::Bits;
+
 use crate::encode::closed_loop::Plane;
-use crate::stream::bits::Bits;
 use crate::stream::table::Table;
 
 /// One frame of the payload `fixed`: channel by channel, sub-volume by sub-volume, the means and then the codes of each

@@ -5,6 +5,7 @@ mod frame;
 mod sizes;
 
 use cvr_core::codec::EncodeError;
+use cvr_groups::mean_width;
 use serde_json::json;
 
 use crate::encode::sample::Sample;
@@ -14,7 +15,6 @@ use crate::encode::tuned::fixed::{BEYOND, BUDGETS, DOWN, FIRST_STEP, NEAR, TRIES
 use crate::encode::work::{Coded, Sets, Work};
 use crate::encode::write::{Written, forms};
 use crate::settings::{CODE_BITS, Target};
-use crate::stream::bits::mean_width;
 use crate::stream::geometry::VOXELS;
 use crate::stream::table::{Partition, Table, fixed_words};
 use expected::training_blocks;
@@ -176,8 +176,7 @@ fn code(work: &Work<'_>, sizes: Sizes) -> Result<Sets, EncodeError> {
 
 /// The table of some codes, without the positions of indices and codebooks.
 fn table(coded: &Coded) -> Table {
-    let means: Vec<u32> = coded.planes.iter().flat_map(|p| p.means.iter().copied()).collect();
-    let (mean_base, width) = mean_width(&means);
+    let (mean_base, width) = mean_width(coded.planes.iter().flat_map(|p| p.means.iter().copied()));
     let books = forms(&coded.books, &mut 0, true);
     Table { mean_shift: coded.mean_shift, width, mean_base, start: 0, channel_words: 0, books }
 }

@@ -1,14 +1,14 @@
 //! One global codebook: the zero vector, then a chapter for each class with a code in its partition.
 
 use cvr_codebook::lbg::{Stop, refine};
-use cvr_codebook::{Codebook, Initial, Nearest, Search, Training, Vectors, train};
+use cvr_codebook::{Codebook, Initial, Nearest, Quantiser, Search, Training, Vectors, train};
 use cvr_core::codec::{Cancelled, Progress};
+use cvr_groups::Scale;
 use rayon::prelude::*;
 
 use super::classify::{CLASSES, keeps};
 use super::shares::shares;
 use crate::stream::geometry::VOXELS;
-use crate::stream::scale::Scale;
 use crate::stream::table::Partition;
 
 /// A codebook of inverse transforms, in units of the decoder's sums.
@@ -58,7 +58,7 @@ impl Book {
     /// The zero vector alone.
     #[must_use]
     pub fn zero(partition: Partition, bits: u32) -> Self {
-        let (quantiser, scale) = Scale::entries(bits, 0.0);
+        let (quantiser, scale) = Quantiser::of_entries(bits, 0.0);
         let codebook = Codebook::nearest_to(&[0.0; VOXELS], VOXELS, quantiser);
         Self { partition, scale, codebook, chapters: [0; CLASSES.len()] }
     }
@@ -79,7 +79,7 @@ impl Book {
         if size <= 1 || greatest == 0.0 {
             return Ok(Self::zero(partition, recipe.entry_bits));
         }
-        let (fine, _) = Scale::entries(16, greatest);
+        let (fine, _) = Quantiser::of_entries(16, greatest);
         let mut counts = [0; CLASSES.len()];
         classes.iter().for_each(|class| counts[*class as usize] += 1);
         let mut parts = counts.map(|count| Vectors::with_room_for(count, VOXELS));
@@ -106,7 +106,7 @@ impl Book {
                 chapters[class] = trained.size() as u32;
             }
         }
-        let (quantiser, scale) = Scale::entries(recipe.entry_bits, largest(words.iter().copied()));
+        let (quantiser, scale) = Quantiser::of_entries(recipe.entry_bits, largest(words.iter().copied()));
         let mut all = Vectors::with_room_for(counts.iter().sum(), VOXELS);
         parts.into_iter().for_each(|part| all.append(&part));
         let first = Codebook::nearest_to(&words[VOXELS..], VOXELS, quantiser);

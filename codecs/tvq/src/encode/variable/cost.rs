@@ -1,43 +1,44 @@
 //! Bits of everything except codes with the payload `variable`, and the target.
 
+use cvr_groups::mean_width;
+
 use super::rate_control::Aim;
 use crate::encode::closed_loop::Plane;
 use crate::encode::domain::Domain;
 use crate::encode::tuned::codebooks::FULL_BLOCKS;
 use crate::encode::work::Work;
 use crate::settings::{CODE_BITS, MEAN_BITS, Target};
-use crate::stream::bits::mean_width;
-use crate::stream::geometry::{BRICK, HEAD_WORDS, VOXELS, number, positions};
+use crate::stream::geometry::{GROUP, HEAD_WORDS, VOXELS, number, positions};
 
-/// Bits of header, tables, codebooks and heads of bricks.
+/// Bits of header, tables, codebooks and heads of groups.
 pub fn fixed_bits(work: &Work<'_>, books: u32, codewords: f64) -> f64 {
     let entries = codewords * VOXELS as f64 * f64::from(work.entry_bits());
-    work.overhead(books) + entries + bricks(work) * f64::from(32 * HEAD_WORDS)
+    work.overhead(books) + entries + groups(work) * f64::from(32 * HEAD_WORDS)
 }
 
-/// Bricks of all channels and frames.
-pub fn bricks(work: &Work<'_>) -> f64 {
+/// Groups of all channels and frames.
+pub fn groups(work: &Work<'_>) -> f64 {
     let of_domain = |d: &Domain| {
-        let bricks = d.size.map(|s| f64::from(s.div_ceil(BRICK))).iter().product::<f64>();
-        bricks * d.blocks() as f64 / d.plane_blocks() as f64
+        let groups = d.size.map(|s| f64::from(s.div_ceil(GROUP))).iter().product::<f64>();
+        groups * d.blocks() as f64 / d.plane_blocks() as f64
     };
     work.domains().map(of_domain).sum()
 }
 
 /// Bits of the means of one plane. Their codes are finer than the stored ones by `shift` bits.
 pub fn mean_bits(plane: &Plane, size: [u32; 3], shift: u32) -> f64 {
-    let bricks = size.map(|s| s.div_ceil(BRICK));
-    let of_brick = |brick: [u32; 3]| {
-        let first = brick.map(|b| b * BRICK);
-        let cut = [0, 1, 2].map(|a| BRICK.min(size[a] - first[a]));
+    let groups = size.map(|s| s.div_ceil(GROUP));
+    let of_group = |group: [u32; 3]| {
+        let first = group.map(|b| b * GROUP);
+        let cut = [0, 1, 2].map(|a| GROUP.min(size[a] - first[a]));
         let code = |p: [u32; 3]| {
             let mean = plane.means[number([0, 1, 2].map(|a| first[a] + p[a]), size)];
             (mean + (1 << shift >> 1)) >> shift
         };
-        let (_, width) = mean_width(&positions(cut).map(code).collect::<Vec<_>>());
+        let (_, width) = mean_width(positions(cut).map(code));
         f64::from(width * cut.iter().product::<u32>())
     };
-    positions(bricks).map(of_brick).sum()
+    positions(groups).map(of_group).sum()
 }
 
 /// The target of the payload `variable`. Errors are in data units.

@@ -3,6 +3,7 @@
 
 use cvr_core::codec::{Cancelled, Progress};
 
+use super::expected::Expected;
 use crate::encode::train::book::Book;
 use crate::encode::train::trainer::{State, Trainer};
 use crate::encode::tuned::growth::{FEWEST_BLOCKS, HALVINGS, LEAST_HALF, PART_GAINED};
@@ -18,6 +19,7 @@ pub struct Growth<'t, 'a> {
     /// Whether errors are measured, and whether on a third of the blocks that does not train.
     measured: bool,
     held_out: bool,
+    expected: Expected,
     partition: Partition,
     books: Vec<Book>,
 }
@@ -53,12 +55,13 @@ impl<'t, 'a> Growth<'t, 'a> {
         code_price: f64,
         (mean_shift, threshold): (u32, f64),
         measured: bool,
+        expected: Expected,
     ) -> Self {
         let classes = trainer.classes(threshold);
         let held_out = measured && !trainer.has_all() && classes.len() >= 6;
         let state = trainer.begin(mean_shift);
         let (partition, books) = (Partition::Low, Vec::new());
-        Self { trainer, classes, state, code_price, measured, held_out, partition, books }
+        Self { trainer, classes, state, code_price, measured, held_out, expected, partition, books }
     }
 
     /// Number of blocks that each measured block represents.
@@ -85,6 +88,12 @@ impl<'t, 'a> Growth<'t, 'a> {
 
     fn weighted(&self, state: &State, i: usize) -> f64 {
         state.errors[i] * self.trainer.sample.weights[i]
+    }
+
+    /// What is left of a block, or what it costs to code that directly.
+    fn cost(&self, state: &State, i: usize, price: f64) -> f64 {
+        let error = self.weighted(state, i);
+        self.expected.direct(error, price).map_or(error, |direct| direct.cost)
     }
 
     fn shown(&self, state: &State) -> Vec<f64> {
@@ -166,8 +175,8 @@ impl<'t, 'a> Growth<'t, 'a> {
     ) -> Result<Vec<Vec<f64>>, Cancelled> {
         let trainer = self.trainer;
         let mut errors = vec![self.errors()];
-        // Cost of each block at its best number of codes so far.
-        let mut best: Vec<f64> = (0..self.classes.len()).map(|i| self.weighted(&self.state, i)).collect();
+        // Cost of each block at its best count of codes so far.
+        let mut best: Vec<f64> = (0..self.classes.len()).map(|i| self.cost(&self.state, i, price)).collect();
         let mut bits = 0.0;
         let mut halvings = 0;
         while let Some(open) = self.open() {
@@ -178,7 +187,7 @@ impl<'t, 'a> Growth<'t, 'a> {
             }
             let candidate = self.candidate(&open, fits, run)?;
             let count = self.books.len() as u32 + 1;
-            let cost = |i: usize| self.weighted(&candidate.state, i) + self.code_price * f64::from(count);
+            let cost = |i: usize| self.cost(&candidate.state, i, price) + self.code_price * f64::from(count);
             let counted = open.members.iter().filter(|i| self.counts(**i));
             let gain: f64 = counted.map(|i| (best[*i] - cost(*i)).max(0.0)).sum();
             let book_bits = candidate.bits(trainer);
@@ -199,11 +208,4 @@ impl<'t, 'a> Growth<'t, 'a> {
         }
         Ok(errors)
     }
-}
-
-/// Reorders errors: from first codebook count, then block, to first block, then codebook count.
-#[must_use]
-pub fn by_block(errors: &[Vec<f64>]) -> Vec<f64> {
-    let blocks = errors.first().map_or(0, Vec::len);
-    (0..blocks).flat_map(|i| errors.iter().map(move |of_book| of_book[i])).collect()
 }

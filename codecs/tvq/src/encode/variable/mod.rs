@@ -1,60 +1,101 @@
 //! The payload `variable`: as many codebooks as pay, and for each block as many codes as pay.
 
-mod bricks;
 mod cost;
+mod escapes;
+mod expected;
 mod frame;
+mod groups;
 mod growth;
+mod measured;
 mod point;
 mod rate_control;
 mod search;
 mod trials;
 
 use cvr_core::codec::EncodeError;
-use rayon::prelude::*;
+use cvr_groups::Scale;
 use serde_json::json;
 
-use crate::encode::closed_loop::Plane;
 use crate::encode::sample::Sample;
 use crate::encode::train::book::Book;
 use crate::encode::train::trainer::Trainer;
+use crate::encode::tuned::escapes::{FLOOR, FLOORS};
 use crate::encode::tuned::trials::{LEAST_ERROR, SOME};
 use crate::encode::tuned::variable::{COARSER, DAMPED, ENOUGH, FINER, OFF, OFF_OF_SOME, SAME, TRIES};
 use crate::encode::work::{Coded, Kept, Sets, Work};
 use crate::encode::write::{Written, forms};
 use crate::settings::Target;
 use crate::stream::geometry::{EDGE, Geometry, Parameters, Payload, VALUE_BITS, block_grid};
-use crate::stream::scale::Scale;
 use crate::stream::table::{BookForm, Partition, Table};
-use bricks::Bricks;
 use cost::aim;
+use escapes::{AllWays, ways};
+use expected::Expected;
 use frame::variable_frame;
+use groups::Groups;
 use growth::Growth;
-use rate_control::{Aim, Settled, Sum, best_counts, settle};
-use search::{Plan, plan};
+pub use rate_control::Sum;
+use rate_control::{Aim, Settled, settle};
+use search::{Plan, expectations, plan};
 
-/// Codebooks and codes of all tables, and the number of codes that each block keeps. Sets the bits of entries that fit
-/// them.
+/// Codebooks and codes of all tables, what each block keeps, and what that comes to. Entries have as many bits as suits these from
+/// then on.
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
-pub fn encode(work: &mut Work<'_>) -> Result<(Sets, Kept), EncodeError> {
-    let mut plan = plan(work)?;
-    work.options.entry_bits = Some(plan.entry_bits);
+pub fn encode(work: &mut Work<'_>) -> Result<(Sets, Kept, Sum), EncodeError> {
+    let mut found: Option<(Attempt, Option<u32>)> = None;
+    for expected in expectations(work) {
+        let mut of = work.clone();
+        let plan = plan(&of, expected)?;
+        of.options.entry_bits = Some(plan.entry_bits);
+        let attempt = attempt(&of, plan, expected)?;
+        if found.as_ref().is_none_or(|b| aim(&of).order(attempt.settled.sum, b.0.settled.sum).is_lt()) {
+            found = Some((attempt, of.options.entry_bits));
+        }
+    }
+    let Some((Attempt { settled, sets: mut coded, ways }, entry_bits)) = found else {
+        return Err(EncodeError::Unsupported("no blocks".to_owned()));
+    };
+    work.options.entry_bits = entry_bits;
     let work = &*work;
+    let aim = aim(work);
+    let (planes, sum) = Groups::of(work, &coded, &ways).kept(aim, &settled);
+    let (mut all, mut planes) = (Vec::new(), planes.into_iter());
+    for (coded, domains) in coded.iter_mut().zip(&work.sets) {
+        let mut of_set = Vec::new();
+        for (coded, domain) in coded.iter_mut().zip(domains) {
+            let mut kept = planes.next().unwrap_or_default();
+            let most = kept.iter().flat_map(|plane| &plane.codes).copied().max().unwrap_or(0);
+            coded.books.truncate(most.into());
+            escapes::write(work, (coded, domain), &mut kept)?;
+            of_set.push(kept);
+        }
+        all.push(of_set);
+    }
+    Ok((coded, all, sum))
+}
+
+/// Codebooks and codes of all tables, and what suits them.
+struct Attempt {
+    settled: Settled,
+    sets: Sets,
+    ways: AllWays,
+}
+
+/// The best codebooks that a plan leads to.
+fn attempt(work: &Work<'_>, mut plan: Plan, expected: Expected) -> Result<Attempt, EncodeError> {
     let aim = aim(work);
     let some = work.blocks() / work.tables() <= SOME;
     let (tries, near) = if some { (2 * TRIES, OFF_OF_SOME) } else { (TRIES, OFF) };
     let mut coarser = false;
-    let mut best: Option<(Settled, Sets)> = None;
+    let mut found: Option<Attempt> = None;
     for _ in 0..tries {
         let point = plan.point;
-        let coded = code(work, &plan)?;
-        let bricks = Bricks::of(work, &coded);
-        let settled = settle(aim, point.price() * work.unit().powi(2), |price| bricks.sums(price));
-        drop(bricks);
-        let better = best.as_ref().is_none_or(|b| aim.order(settled.sum, b.0.sum).is_lt());
+        let coded = code(work, &plan, expected)?;
+        let (settled, ways) = settled(work, &coded, point.price() * work.unit().powi(2))?;
+        let better = found.as_ref().is_none_or(|b| aim.order(settled.sum, b.settled.sum).is_lt());
         if better {
-            best = Some((settled, coded));
+            found = Some(Attempt { settled, sets: coded, ways });
         }
         // The codebooks were made for another price.
         let off = point.off(settled.price / work.unit().powi(2));
@@ -80,23 +121,25 @@ pub fn encode(work: &mut Work<'_>) -> Result<(Sets, Kept), EncodeError> {
         }
         plan.point.error = next;
     }
-    let Some((settled, mut coded)) = best else {
-        return Err(EncodeError::Unsupported("no blocks".to_owned()));
-    };
-    let mut all = Vec::new();
-    for coded in &mut coded {
-        let mut of_set = Vec::new();
-        for coded in coded {
-            coded.books.truncate(settled.books);
-            let price = settled.price * width(coded);
-            let kept: Vec<_> = coded.planes.iter().map(|p| kept(p, coded.books.len(), price)).collect();
-            let most = kept.iter().flatten().copied().max().unwrap_or(0);
-            coded.books.truncate(most.into());
-            of_set.push(kept);
+    found.ok_or_else(|| EncodeError::Unsupported("no blocks".to_owned()))
+}
+
+/// The count of codebooks and the price that suit some codes, and the ways to code blocks directly that bear on them. The price is
+/// about `about`, in data units.
+fn settled(work: &Work<'_>, coded: &Sets, about: f64) -> Result<(Settled, AllWays), EncodeError> {
+    let mut floor = FLOOR * about;
+    for left in (0..=FLOORS).rev() {
+        let ways = ways(work, coded, floor)?;
+        let groups = Groups::of(work, coded, &ways);
+        let settled = settle(aim(work), about, |price| groups.sums(price));
+        drop(groups);
+        if settled.price >= floor || left == 0 {
+            return Ok((settled, ways));
         }
-        all.push(of_set);
+        // At a lower price more ways may pay, and the price is then higher than what was found without them.
+        floor = if left == 1 { 0.0 } else { floor * FLOOR * FLOOR };
     }
-    Ok((coded, all))
+    Err(EncodeError::Unsupported("no price".to_owned()))
 }
 
 /// Bits of a code.
@@ -104,7 +147,7 @@ fn width(coded: &Coded) -> f64 {
     f64::from(coded.books.iter().map(Book::width).max().unwrap_or(0))
 }
 
-fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
+fn code(work: &Work<'_>, plan: &Plan, expected: Expected) -> Result<Sets, EncodeError> {
     let point = plan.point;
     let training = work.training(false);
     let mean_shift = work.mean_shift(point.of_means());
@@ -124,7 +167,7 @@ fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
             let mut trainer = Trainer::new(&sample, training);
             trainer.most_bits = aim(work).most_bits();
             let code_price = point.price() * f64::from(point.width);
-            let mut growth = Growth::new(&trainer, code_price, (mean_shift, threshold), false);
+            let mut growth = Growth::new(&trainer, code_price, (mean_shift, threshold), false, expected);
             if plan.sizes.is_empty() {
                 growth.at_price(1 << point.width, point.price(), work.run)?;
             } else {
@@ -141,22 +184,15 @@ fn code(work: &Work<'_>, plan: &Plan) -> Result<Sets, EncodeError> {
     Ok(sets)
 }
 
-/// The number of codes that each block keeps, if the first `books` codebooks are kept and a code costs `price`.
-fn kept(plane: &Plane, books: usize, price: f64) -> Vec<u8> {
-    let prices = vec![price; books + 1];
-    let of_block = |errors: &[f32]| {
-        let mut kept = 0;
-        best_counts(|n| errors[n].into(), &prices, |_, count, _| kept = count as u8);
-        kept
-    };
-    plane.errors.par_chunks_exact(plane.books + 1).map(of_block).collect()
-}
-
 /// Tables and frames.
 ///
 /// # Errors
 /// When a frame has more than 2^32 words.
-pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Written, EncodeError> {
+pub fn written(
+    work: &Work<'_>,
+    coded: &[Vec<Coded>],
+    (kept, sum): (&Kept, Sum),
+) -> Result<Written, EncodeError> {
     let channels = work.layout.channels as usize;
     let books = coded.iter().flatten().map(|c| c.books.len()).max().unwrap_or(0) as u32;
     let geometry = Geometry::new(
@@ -199,26 +235,20 @@ pub fn written(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Result<Wri
         }
         tables.push(of_set);
     }
-    let counts = || kept.iter().flatten().flatten().flatten().map(|n| u64::from(*n));
+    let planes = || kept.iter().flatten().flatten();
+    let counts = || planes().flat_map(|plane| &plane.codes).map(|n| u64::from(*n));
     let training = work.record(
         coded,
         &json!({
             "codes": counts().sum::<u64>(),
             "blocks_without": counts().filter(|n| *n == 0).count(),
+            "blocks_escaped": planes().flat_map(|plane| &plane.bits).filter(|bits| **bits > 0).count(),
         }),
     );
-    Ok(Written { tables, books, frames, notes: notes(work, coded, kept), training })
+    Ok(Written { tables, books, frames, notes: notes(work, sum), training })
 }
 
-/// Approximate bits of the whole file.
-pub fn bits(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> f64 {
-    let kept: Vec<&Vec<Vec<u8>>> = kept.iter().flatten().collect();
-    Bricks::of(work, coded).sum_of(&kept).bits
-}
-
-fn notes(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Vec<String> {
-    let kept: Vec<&Vec<Vec<u8>>> = kept.iter().flatten().collect();
-    let Sum { bits, error } = Bricks::of(work, coded).sum_of(&kept);
+fn notes(work: &Work<'_>, Sum { bits, error }: Sum) -> Vec<String> {
     let rate = bits / work.samples();
     match work.options.target {
         Target::Psnr(psnr) if error > work.error_of(psnr) => {
@@ -234,4 +264,4 @@ fn notes(work: &Work<'_>, coded: &[Vec<Coded>], kept: &Kept) -> Vec<String> {
     }
 }
 
-const _: () = assert!(EDGE == 4, "a brick is 16 voxels long");
+const _: () = assert!(EDGE == 4, "a group is 16 voxels long");

@@ -29,6 +29,8 @@ pub struct Settled {
     pub books: usize,
     /// Squared error per bit.
     pub price: f64,
+    /// The price next to it on the other side of the aim: blocks of which some only may keep what it buys.
+    pub missed: f64,
     pub sum: Sum,
 }
 
@@ -128,33 +130,14 @@ pub fn settle(aim: Aim, about: f64, sums: impl Fn(f64) -> Vec<Sum>) -> Settled {
 /// The price that meets the aim best with all `books` codebooks.
 #[must_use]
 pub fn settle_all(aim: Aim, books: usize, about: f64, sum: impl Fn(f64) -> Sum) -> Settled {
-    let [price, _] = aim.border(about.clamp(1e-200, 1e200), &sum);
-    Settled { books, price, sum: sum(price) }
-}
-
-/// For each number `m` of codebooks, from none to all: how many of its first `m` codes a block keeps, and its error
-/// then. It minimises `error + price · codes`; of equal ones, the fewest codes. `errors[n]` is the error with `n`
-/// codes. `prices[m]` is the price of a code if `m` codebooks are kept.
-pub fn best_counts(errors: impl Fn(usize) -> f64, prices: &[f64], mut each: impl FnMut(usize, usize, f64)) {
-    let (mut count, mut least) = (0, f64::INFINITY);
-    for (m, price) in prices.iter().enumerate() {
-        // Costs at the price before say nothing at another.
-        let anew = m == 0 || *price != prices[m - 1];
-        if anew {
-            least = f64::INFINITY;
-        }
-        for n in if anew { 0 } else { m }..=m {
-            let cost = errors(n) + price * n as f64;
-            if cost < least {
-                (count, least) = (n, cost);
-            }
-        }
-        each(m, count, errors(count));
-    }
+    let [price, missed] = aim.border(about.clamp(1e-200, 1e200), &sum);
+    Settled { books, price, missed, sum: sum(price) }
 }
 
 #[cfg(test)]
 mod tests {
+    use cvr_groups::best;
+
     use super::*;
 
     /// A few kinds of blocks: the first codebook alone gains little, the second much, the third nothing.
@@ -163,34 +146,20 @@ mod tests {
             [([90.0, 80.0, 10.0, 10.0], 20.0), ([50.0, 45.0, 30.0, 30.0], 10.0), ([1.0; 4], 100.0)];
         let mut sums: Vec<Sum> = (0..4).map(|m| Sum { bits: 50.0 * f64::from(m), error: 0.0 }).collect();
         for (errors, blocks) in kinds {
-            best_counts(
+            best(
                 |n| errors[n],
                 &[4.0 * price; 4],
-                |m, count, error| {
-                    sums[m].bits += blocks * 4.0 * count as f64;
-                    sums[m].error += blocks * error;
+                (&[], price, 1),
+                |m, kept| {
+                    sums[m].bits += blocks * 4.0 * f64::from(kept.codes);
+                    sums[m].error += blocks * kept.error;
                 },
             );
         }
         sums
     }
 
-    #[test]
-    fn a_block_keeps_what_pays() {
-        let of = |price: f64| {
-            let mut counts = Vec::new();
-            best_counts(|n| [9.0, 6.0, 5.5][n], &[price; 3], |_, count, _| counts.push(count));
-            counts
-        };
-        assert_eq!((of(0.1), of(1.0), of(4.0)), (vec![0, 1, 2], vec![0, 1, 1], vec![0, 0, 0]));
-        let mut counts = Vec::new();
-        // Codes of a wider codebook cost more, and then so do the earlier ones.
-        best_counts(|n| [9.0, 6.0, 5.5][n], &[1.0, 1.0, 4.0], |_, count, _| counts.push(count));
-        assert_eq!(counts, [0, 1, 0]);
-    }
-
-    /// With all three codebooks 150 bits are used before the first code. If none could be dropped, no code would be
-    /// kept at 200.
+    /// With all three codebooks 150 bits are gone before the first code: whoever cannot drop one keeps no code at 200.
     #[test]
     fn codebooks_that_are_not_worth_their_bits_are_dropped() {
         let settled = settle(Aim::Bits(340.0), 1.0, sums);

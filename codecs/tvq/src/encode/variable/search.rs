@@ -4,6 +4,7 @@
 use cvr_core::codec::EncodeError;
 
 use super::cost::{aim, default_bits, fixed_bits};
+use super::expected::Expected;
 use super::point::Point;
 use super::rate_control::Aim;
 use super::trials::{Overview, Trial};
@@ -35,7 +36,7 @@ pub struct Plan {
 ///
 /// # Errors
 /// Those of reading, and when the run was cancelled.
-pub fn plan(work: &Work<'_>) -> Result<Plan, EncodeError> {
+pub fn plan(work: &Work<'_>, expected: Expected) -> Result<Plan, EncodeError> {
     let domains: Vec<_> = work.domains().cloned().collect();
     let seed = work.options.training.seed;
     let sample = Sample::draw(work.source, &domains, work.quantiser, BLOCKS, seed, work.run)?;
@@ -44,12 +45,12 @@ pub fn plan(work: &Work<'_>) -> Result<Plan, EncodeError> {
     let means = means.collect::<Result<Vec<_>, _>>()?;
     let of = |trial: Trial, entry_bits| Plan { point: trial.point, sizes: trial.sizes, entry_bits };
     if let Some(bits) = work.options.entry_bits {
-        return Ok(of(search(&mut overview(work, &sample, &means))?, bits));
+        return Ok(of(search(&mut overview(work, &sample, &means, expected))?, bits));
     }
     let coarse = work.with_entry_bits(COARSE);
-    let found = search(&mut overview(&coarse, &sample, &means))?;
+    let found = search(&mut overview(&coarse, &sample, &means, expected))?;
     let fine = work.with_entry_bits(FINE);
-    let finer = finer(&mut overview(&fine, &sample, &means), &found)?;
+    let finer = finer(&mut overview(&fine, &sample, &means, expected), &found)?;
     Ok(finer.map_or_else(|| of(found, COARSE), |trial| of(trial, FINE)))
 }
 
@@ -83,8 +84,31 @@ fn finer(overview: &mut Overview<'_, '_>, found: &Trial) -> Result<Option<Trial>
     Ok([best, again].into_iter().min_by(order))
 }
 
+/// Whether tables have so few blocks that codebooks are chosen one by one.
+fn few_enough(work: &Work<'_>) -> bool {
+    work.blocks() / work.tables() <= SOME
+}
+
+/// What may be expected of coding blocks of this volume directly, where each expectation is to be followed to its end. Where blocks
+/// are few, large codebooks know most of them by heart: those that serve a rate best are then often found as if nothing was coded
+/// directly, which only adds to them.
+pub fn expectations(work: &Work<'_>) -> Vec<Expected> {
+    let expected = Expected::of(work.layout.sample.is_integer().then(|| 1.0 / work.unit()));
+    let blocks = work.blocks() / work.tables();
+    match aim(work) {
+        Aim::Bits(_) if blocks <= FEW => vec![Expected::never()],
+        Aim::Bits(_) if blocks <= SOME => vec![Expected::never(), expected],
+        _ => vec![expected],
+    }
+}
+
 /// What trials need.
-fn overview<'a, 'w>(work: &'a Work<'w>, sample: &'a Sample, means: &'a [Vec<Plane>]) -> Overview<'a, 'w> {
+fn overview<'a, 'w>(
+    work: &'a Work<'w>,
+    sample: &'a Sample,
+    means: &'a [Vec<Plane>],
+    expected: Expected,
+) -> Overview<'a, 'w> {
     let unit = work.unit().powi(2);
     let aim = match aim(work) {
         Aim::Error(error) => Aim::Error(error / unit),
@@ -93,8 +117,7 @@ fn overview<'a, 'w>(work: &'a Work<'w>, sample: &'a Sample, means: &'a [Vec<Plan
     let mut trainer = Trainer::new(sample, work.training(true));
     trainer.copies = work.tables();
     trainer.most_bits = aim.most_bits();
-    let blocks = work.blocks() / work.tables();
-    Overview { work, trainer, means, aim, by_aim: blocks <= SOME }
+    Overview { work, trainer, means, expected, aim, by_aim: few_enough(work) }
 }
 
 /// The trial that meets the aim best.

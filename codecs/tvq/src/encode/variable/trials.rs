@@ -2,10 +2,12 @@
 
 use cvr_core::codec::EncodeError;
 
-use super::cost::{bricks, fixed_bits, mean_bits};
-use super::growth::{Growth, by_block};
+use super::cost::{fixed_bits, groups, mean_bits};
+use super::expected::Expected;
+use super::growth::Growth;
+use super::measured::{Found, Measured};
 use super::point::Point;
-use super::rate_control::{Aim, Settled, Sum, best_counts, settle, settle_all};
+use super::rate_control::{Aim, Settled, Sum, settle, settle_all};
 use crate::encode::closed_loop::Plane;
 use crate::encode::train::book::Book;
 use crate::encode::train::trainer::Trainer;
@@ -19,6 +21,8 @@ pub struct Overview<'a, 'w> {
     pub trainer: Trainer<'a>,
     /// Means of all blocks in units of sums, by domain and plane.
     pub means: &'a [Vec<Plane>],
+    /// What coding blocks directly leaves.
+    pub expected: Expected,
     /// Errors in units of sums.
     pub aim: Aim,
     /// Whether codebooks are chosen one by one, by the quantity that the aim leaves free. Only if that takes little
@@ -56,10 +60,10 @@ impl Overview<'_, '_> {
     /// Bits of everything and squared error, if `count` codebooks with `codewords` codewords are kept. `found` is the
     /// result of `blocks` measured blocks.
     fn sum(&self, beside: &Beside, (count, codewords): (usize, usize), found: Found, blocks: usize) -> Sum {
-        // Blocks with codes are clustered: about half of the bricks that could hold one do.
+        // Blocks with codes lie together: about half the groups that could hold one each do.
         let planes = f64::from(2 * 32 * (usize::BITS - count.leading_zeros()));
-        let planes = bricks(self.work) * planes * (2.0 * found.open as f64 / blocks.max(1) as f64).min(1.0);
-        let codes = found.codes as f64 * f64::from(beside.width) * beside.scale;
+        let planes = groups(self.work) * planes * (2.0 * found.open as f64 / blocks.max(1) as f64).min(1.0);
+        let codes = (found.codes as f64 * f64::from(beside.width) + found.direct_bits) * beside.scale;
         let fixed = fixed_bits(self.work, count as u32, codewords as f64 * self.work.tables());
         Sum { bits: beside.means + fixed + codes + planes, error: found.error * beside.scale }
     }
@@ -69,22 +73,18 @@ impl Overview<'_, '_> {
         let work = self.work;
         let shift = work.mean_shift(point.of_means());
         let code_price = point.price() * f64::from(point.width);
-        let mut growth = Growth::new(&self.trainer, code_price, (shift, work.threshold(point.error)), true);
+        let mut growth =
+            Growth::new(&self.trainer, code_price, (shift, work.threshold(point.error)), true, self.expected);
         let beside = Beside { width: point.width, means: self.mean_bits(shift), scale: growth.scale() };
         if self.by_aim {
             return self.one_by_one(point, &mut growth, &beside);
         }
         let errors = growth.at_price(1 << point.width, point.price(), work.run)?;
         let codewords = counted(growth.books());
-        let (counts, errors) = (errors.len(), by_block(&errors));
+        let measured = Measured::of(&errors, point.width, self.expected);
         let sums = |price: f64| {
-            let prices = vec![price * f64::from(point.width); counts];
-            let mut found = vec![Found::default(); counts];
-            for errors in errors.chunks_exact(counts) {
-                best_counts(|n| errors[n], &prices, |m, count, error| found[m].add(count, error));
-            }
-            let of_count = |(m, found)| self.sum(&beside, (m, codewords[m]), found, errors.len() / counts);
-            found.into_iter().enumerate().map(of_count).collect()
+            let found = measured.at(price).into_iter().enumerate();
+            found.map(|(m, found)| self.sum(&beside, (m, codewords[m]), found, measured.blocks())).collect()
         };
         Ok(Trial { point, settled: settle(self.aim, point.price(), sums), sizes: Vec::new() })
     }
@@ -98,20 +98,10 @@ impl Overview<'_, '_> {
     ) -> Result<Trial, EncodeError> {
         let settled = |errors: &[Vec<f64>], codewords: usize, width: u32| {
             let beside = Beside { width, ..*beside };
-            let counts = errors.len();
-            let errors = by_block(errors);
-            let at = |price: f64| {
-                let mut found = Found::default();
-                let price = price * f64::from(width);
-                for errors in errors.chunks_exact(counts) {
-                    let of_count = |(n, error): (usize, &f64)| (error + price * n as f64, n);
-                    let costs = errors.iter().enumerate().map(of_count);
-                    let least = costs.fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a });
-                    found.add(least.1, errors[least.1]);
-                }
-                self.sum(&beside, (counts - 1, codewords), found, errors.len() / counts)
-            };
-            settle_all(self.aim, counts - 1, point.price(), at)
+            let (count, measured) = (errors.len() - 1, Measured::of(errors, width, self.expected));
+            let at =
+                |price: f64| self.sum(&beside, (count, codewords), measured.all_at(price), measured.blocks());
+            settle_all(self.aim, count, point.price(), at)
         };
         let mut errors = vec![growth.errors()];
         let mut best = settled(&errors, 0, point.width);
@@ -202,23 +192,7 @@ impl Overview<'_, '_> {
     }
 }
 
-/// Result of the measured blocks.
-#[derive(Copy, Clone, Default)]
-struct Found {
-    error: f64,
-    codes: u64,
-    open: u64,
-}
-
-impl Found {
-    fn add(&mut self, count: usize, error: f64) {
-        self.error += error;
-        self.codes += count as u64;
-        self.open += u64::from(count > 0);
-    }
-}
-
-/// Number of codewords, by number of codebooks, from none to all.
+/// By count of codebooks, from none to all, their codewords.
 fn counted(books: &[Book]) -> Vec<usize> {
     (0..=books.len()).map(|m| books.iter().take(m).map(Book::size).sum()).collect()
 }

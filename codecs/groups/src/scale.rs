@@ -1,13 +1,8 @@
-//! Codewords whose components are sums of integers: what an entry of a codebook counts.
-//!
-//! A decoder of several stages adds entries of several codebooks. Each codebook has a scale of its own, an integer of four
-//! significant bits, so that its largest entry comes near the largest code. Sums are exact in 32 bits.
+//! What a code counts: an integer of four significant bits, so that the largest code comes near the largest value whatever
+//! that is.
 
-use crate::Quantiser;
-
-/// Bits of a value before it is scaled to data units.
+/// Bits of a sum's value, before it is scaled to data units.
 pub const VALUE_BITS: u32 = 16;
-
 /// The lowest bit of a scale in the form of a codebook.
 const AT: u32 = 8;
 /// Bits of the exponent, and of the fraction above it.
@@ -27,7 +22,7 @@ impl Scale {
     /// One unit of the sums.
     pub const ONE: Self = Self { exponent: 0, fraction: 0 };
 
-    /// The least scale at which codes of `bits` bits reach `largest`, in units of the sums. Else the greatest scale.
+    /// The least scale at which codes of so many bits reach up to `largest`, in units of the sums, or else the greatest.
     #[must_use]
     pub fn reaching(bits: u32, largest: f64) -> Self {
         let top = f64::from((1_u32 << (bits - 1)) - 1);
@@ -39,19 +34,48 @@ impl Scale {
         all.find(reaches).unwrap_or(greatest)
     }
 
-    /// The scale that reaches up to `largest`, and its entries as a quantiser: codes of so many bits, the middle one is 0.
-    ///
-    /// # Panics
-    /// When `bits` is neither 8 nor 16.
+    /// The scale nearest to so many units; `most` is the greatest exponent.
     #[must_use]
-    #[allow(clippy::unwrap_used, reason = "an integer below 2^11 is a step")]
-    pub fn entries(bits: u32, largest: f64) -> (Quantiser, Self) {
-        let scale = Self::reaching(bits, largest);
-        let unit = scale.units() as f32;
-        (Quantiser::of_stream(bits, -unit * (1_u32 << (bits - 1)) as f32, unit).unwrap(), scale)
+    pub fn nearest(units: f64, most: u32) -> Self {
+        // Above 8 units exponents are those of the number; below, fractions give every integer.
+        let exponent = units.max(1.0).log2().floor().min(f64::from(most)) as u32;
+        let of = |exponent: u32| (0..FRACTIONS).map(move |fraction| Self { exponent, fraction });
+        let all = of(exponent).chain(of((exponent + 1).min(most)));
+        let far = |scale: &Self| (f64::from(scale.units()) - units).abs();
+        all.min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(Self::ONE)
     }
 
-    /// Largest exponent. With it, sums of all codebooks stay within 32 bits.
+    /// The greatest scale of at most so many units, at least one.
+    #[must_use]
+    pub fn at_most(units: f64) -> Self {
+        let exponent = units.clamp(1.0, 65536.0).log2().floor() as u32;
+        let mut all = (0..FRACTIONS).rev().map(|fraction| Self { exponent, fraction });
+        all.find(|scale| f64::from(scale.units()) <= units).unwrap_or(Self::ONE)
+    }
+
+    /// In eight bits: the exponent in the lower five, the fraction above it.
+    #[must_use]
+    pub const fn byte(self) -> u32 {
+        self.exponent | self.fraction << EXPONENT_BITS
+    }
+
+    /// The scale of eight bits, the lowest of `byte`.
+    #[must_use]
+    #[inline]
+    pub const fn of_byte(byte: u32) -> Self {
+        Self {
+            exponent: byte & ((1 << EXPONENT_BITS) - 1),
+            fraction: byte >> EXPONENT_BITS & (FRACTIONS - 1),
+        }
+    }
+
+    /// The exponent of its power of two.
+    #[must_use]
+    pub const fn exponent(self) -> u32 {
+        self.exponent
+    }
+
+    /// Most that an exponent may be: sums of all codebooks stay within 32 bits.
     const fn most_exponent(entry_bits: u32) -> u32 {
         26 - VALUE_BITS - if entry_bits == 16 { 7 } else { 0 }
     }
@@ -65,33 +89,17 @@ impl Scale {
     /// Its bits in the form of a codebook.
     #[must_use]
     pub const fn form(self) -> u32 {
-        (self.exponent | self.fraction << EXPONENT_BITS) << AT
+        self.byte() << AT
     }
 
     /// The scale in the form of a codebook.
     #[must_use]
     #[inline]
     pub const fn of_form(form: u32) -> Self {
-        let bits = form >> AT;
-        Self {
-            exponent: bits & ((1 << EXPONENT_BITS) - 1),
-            fraction: bits >> EXPONENT_BITS & (FRACTIONS - 1),
-        }
+        Self::of_byte(form >> AT)
     }
 
-    /// Its bits as a byte: the exponent, and the fraction above it.
-    #[must_use]
-    pub const fn byte(self) -> u8 {
-        (self.form() >> AT) as u8
-    }
-
-    /// The scale of a byte.
-    #[must_use]
-    pub const fn of_byte(byte: u8) -> Self {
-        Self::of_form((byte as u32) << AT)
-    }
-
-    /// Whether entries of `entry_bits` bits may have it.
+    /// Whether entries of so many bits may have it.
     #[must_use]
     pub const fn fits(self, entry_bits: u32) -> bool {
         self.exponent <= Self::most_exponent(entry_bits)
@@ -114,7 +122,19 @@ mod tests {
         assert_eq!(Scale::reaching(16, 1e9).units(), 15);
     }
 
-    /// Forms of version 1 have no fraction. Their scales are powers of two.
+    #[test]
+    fn the_nearest_scale_is_found() {
+        for (units, nearest) in
+            [(0.0, 1), (1.4, 1), (1.6, 2), (15.4, 15), (255.0, 256), (247.0, 240), (1e9, 30720)]
+        {
+            assert_eq!(Scale::nearest(units, 14).units(), nearest, "{units}");
+        }
+        for (units, most) in [(0.3, 1), (256.0, 256), (255.0, 240), (9.0, 9), (1.0, 1)] {
+            assert_eq!(Scale::at_most(units).units(), most, "{units}");
+        }
+    }
+
+    /// Forms of version 1 have no fraction: their scales are powers of two.
     #[test]
     fn a_form_holds_a_scale() {
         for exponent in 0..=10 {
@@ -122,7 +142,6 @@ mod tests {
             for fraction in 0..8 {
                 let scale = Scale { exponent, fraction };
                 assert_eq!(Scale::of_form(scale.form() | 31 | 3 << 16), scale);
-                assert_eq!(Scale::of_byte(scale.byte()), scale);
             }
         }
         assert!(Scale::of_form(10 << 8).fits(8) && !Scale::of_form(11 << 8).fits(8));
