@@ -43,6 +43,16 @@ impl Escape {
         most_exponent(bits)
     }
 
+    /// What it adds at a place, in units of sums.
+    ///
+    /// # Panics
+    /// When there is no such place.
+    #[must_use]
+    #[inline]
+    pub const fn value(&self, place: usize) -> i32 {
+        self.low + self.step.units() as i32 * self.numbers[place] as i32
+    }
+
     /// Appends the part's words.
     pub fn write(&self, words: &mut Vec<u32>) {
         words.push((self.low << 8) as u32 | self.step.byte());

@@ -83,6 +83,20 @@ impl<'a> Rest<'a> {
         })
     }
 
+    /// The better of the escape that fits, and of the one whose step is `exact`, by the squared error that `error` finds.
+    #[must_use]
+    pub fn nearest(&self, bits: u32, exact: Option<Scale>, error: impl Fn(&Escape) -> f32) -> (Escape, f32) {
+        let measured = |escape: Escape| {
+            let error = error(&escape);
+            (escape, error)
+        };
+        let fitted = measured(self.fit(bits));
+        match exact.and_then(|exact| self.covering(bits, exact)).map(measured) {
+            Some(covering) if covering.1 < fitted.1 => covering,
+            _ => fitted,
+        }
+    }
+
     fn counted<'n>(&'n self, numbers: &'n [f64; VOXELS]) -> impl Iterator<Item = (f64, f64)> {
         let all = self.values.iter().zip(self.inside).zip(numbers);
         all.filter(|((_, inside), _)| **inside).map(|((v, _), n)| (f64::from(*v), *n))

@@ -2,30 +2,40 @@
 //!
 //! README.md in this folder describes the words. [`Writer`] writes them, [`Groups`] reads them, [`check`] proves that no
 //! number leads outside, and `groups.wgsl` ([`snippet`]) is the reader's twin. [`Tally`] says how many words a group takes before
-//! it is written. The crate knows no codec, and depends on nothing.
+//! it is written. [`Plan`] and [`settle`] decide what each block keeps. The crate knows no codec.
 
 mod bits;
 mod check;
 mod choice;
 mod escape;
+mod expected;
 mod fit;
 mod head;
+mod kept;
+mod plan;
+mod rate_control;
 mod read;
 mod scale;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod ways;
 mod write;
 
 pub use bits::{Bits, mean_width, number};
 pub use check::{Limits, check};
 pub use choice::{Candidate, Choice, best, escape_bits};
 pub use escape::{Escape, part_range, part_value, part_words};
+pub use expected::{Direct, Expected};
 pub use fit::Rest;
 pub use head::{Head, Records};
+pub use kept::KeptPlane;
+pub use plan::{CodedBlocks, Plan, Plane};
+pub use rate_control::{Aim, Settled, Sum, settle, settle_all};
 pub use read::{Block, Groups};
 pub use scale::{Scale, VALUE_BITS};
 pub use tally::Tally;
+pub use ways::{Prices, Ways};
 pub use write::{Codes, Writer};
 
 /// Blocks along each axis of a group that no border cuts.

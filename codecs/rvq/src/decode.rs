@@ -1,15 +1,20 @@
-//! Voxels out of codes and codewords: the twin of decode.wgsl, but that cells are the kit's here. This one defines the codec.
+//! Voxels out of means, codes and codewords: the twin of decode.wgsl, but that cells are the kit's here. This one defines the codec.
 
 use cvr_codebook::pack::unpack;
 use cvr_core::kit::{BlockFrame, BlockGrid};
+use cvr_groups::{Groups, part_range, part_value, part_words};
 
-use crate::stream::{BASE, EDGE, Entries, Geometry, MOST_STAGES, TOP};
+use crate::stream::{BASE, EDGE, Entries, Geometry, MOST_STAGES, Payload, TOP};
 
 /// One frame of a stream at a level.
 #[derive(Copy, Clone, Debug)]
 pub struct Frame<'a> {
-    /// Codes: `geometry.index_words()` words.
+    /// Codes: `geometry.index_words()` words. Under the payload `variable` groups.
     pub index: &'a [u32],
+    /// Heads of the groups; none under the payload `fixed`.
+    pub heads: &'a [u32],
+    /// Codes of means count two to this power.
+    pub mean_shift: u32,
     /// Codewords of all resolutions.
     pub codebook: &'a [u32],
     /// Units of the sums that an entry of each stage counts.
@@ -22,8 +27,18 @@ pub struct Frame<'a> {
     pub geometry: &'a Geometry,
 }
 
-/// First entries of a block's codewords.
-pub type Codewords = [u32; MOST_STAGES as usize];
+/// What a block is the sum of.
+#[derive(Copy, Clone, Debug)]
+pub struct Terms {
+    /// What its sums begin with, for each channel.
+    pub base: [i32; 3],
+    /// Its codes, stage by stage.
+    pub codes: [u16; MOST_STAGES as usize],
+    /// How many there are.
+    pub count: usize,
+    /// What is coded directly: first word of the escape, and bits of a voxel; 0 bits where nothing is.
+    pub rest: (u32, u32),
+}
 
 /// Channel `c` of an entry: its code, counted from the middle one, in units of its stage's scale.
 #[must_use]
@@ -48,15 +63,65 @@ impl Frame<'_> {
         self.geometry.quantiser.value(sum.clamp(0, TOP) as u32)
     }
 
-    /// Code of a block at a stage.
-    ///
-    /// # Panics
-    /// When there is no such block or stage.
+    /// The groups of the payload `variable`.
     #[must_use]
     #[inline]
-    pub fn code(&self, block: [u32; 3], stage: usize) -> u32 {
+    pub const fn groups(&self) -> Groups<'_> {
+        Groups { heads: self.heads, words: self.index, parts: self.geometry.parts() }
+    }
+
+    /// What a block is the sum of at this level. An escape belongs to the last stage.
+    ///
+    /// # Panics
+    /// When there is no such block.
+    #[must_use]
+    pub fn terms(&self, block: [u32; 3]) -> Terms {
         let g = self.geometry;
-        unpack(self.index, g.index_bits, g.grids[0].number(block) * g.stages as usize + stage)
+        let mut codes = [0; MOST_STAGES as usize];
+        match g.payload {
+            Payload::Fixed => {
+                let first = g.grids[0].number(block) * g.stages as usize;
+                for (s, code) in codes.iter_mut().enumerate().take(self.stages) {
+                    *code = unpack(self.index, g.index_bits, first + s) as u16;
+                }
+                Terms { base: [BASE; 3], codes, count: self.stages, rest: (0, 0) }
+            }
+            Payload::Variable => {
+                let group = block.map(|b| b / cvr_groups::EDGE);
+                let (first, [x, y, z]) = g.group(group);
+                let p = [0, 1, 2].map(|a| block[a] - first[a]);
+                let along = g.groups;
+                let number = (group[2] * along.y() + group[1]) * along.x() + group[0];
+                let n = (p[2] * y + p[1]) * x + p[0];
+                let groups = self.groups();
+                let kept = groups.block(number as usize, n, x * y * z, g.index_bits);
+                let count = self.stages.min(kept.count as usize);
+                for (s, code) in codes.iter_mut().enumerate().take(count) {
+                    *code = groups.code(&kept, s as u32, g.index_bits) as u16;
+                }
+                let whole = self.stages == g.stages as usize;
+                let rest = if whole { (kept.rest, kept.rest_bits) } else { (0, 0) };
+                Terms { base: g.mean(self.mean_shift, kept.mean), codes, count, rest }
+            }
+        }
+    }
+
+    /// What an escape adds to channel `c` of a voxel: at coarser resolutions the mean over its voxels, half a unit rounded up.
+    fn rest(&self, (first, bits): (u32, u32), inside: [u32; 3], c: usize) -> i32 {
+        let first = first + c as u32 * part_words(bits);
+        let place = |[x, y, z]: [u32; 3]| ((z * EDGE + y) * EDGE + x) as usize;
+        if self.resolution == 0 {
+            return part_value(self.index, first, bits, place(inside));
+        }
+        let (log2, low) = (self.resolution as u32, part_range(self.index, first, bits).0);
+        let edge = 1_u32 << log2;
+        let voxel = |i: u32| {
+            let corner = [i & (edge - 1), i >> log2 & (edge - 1), i >> (2 * log2)];
+            place([0, 1, 2].map(|a| inside[a] * edge + corner[a]))
+        };
+        let above = |i: u32| (part_value(self.index, first, bits, voxel(i)) - low) as u32;
+        let all: u32 = (0..1 << (3 * log2)).map(above).sum();
+        low + ((all + (1 << (3 * log2 - 1))) >> (3 * log2)) as i32
     }
 
     /// What an entry at a place of a codeword adds to channel `c`.
@@ -71,9 +136,8 @@ impl Frame<'_> {
     }
 }
 
-/// A head is the first entry of each of a block's codewords.
 impl BlockFrame for Frame<'_> {
-    type Head = Codewords;
+    type Head = Terms;
 
     fn grid(&self) -> &BlockGrid {
         &self.geometry.grids[self.resolution]
@@ -83,21 +147,23 @@ impl BlockFrame for Frame<'_> {
         self.geometry.channels as usize
     }
 
-    fn head(&self, block: [u32; 3]) -> Codewords {
-        let g = self.geometry;
-        let (first, size) = (g.firsts()[self.resolution], g.codeword_entries(self.resolution));
-        let mut head = [0; MOST_STAGES as usize];
-        for (s, head) in head.iter_mut().enumerate().take(self.stages) {
-            *head = first + (s as u32 * g.codewords + self.code(block, s)) * size;
-        }
-        head
+    fn head(&self, block: [u32; 3]) -> Terms {
+        self.terms(block)
     }
 
     #[inline]
-    fn voxel(&self, head: Codewords, inside: [u32; 3], c: usize) -> f32 {
-        let place = self.grid().place(inside);
-        let terms = head.iter().zip(self.units).take(self.stages);
-        self.value(BASE + terms.map(|(first, units)| self.term(*first, place, c, *units)).sum::<i32>())
+    fn voxel(&self, head: Terms, inside: [u32; 3], c: usize) -> f32 {
+        let (g, place) = (self.geometry, self.grid().place(inside));
+        let (begun, size) = (g.firsts()[self.resolution], g.codeword_entries(self.resolution));
+        let mut sum = head.base[c];
+        for (s, (code, units)) in head.codes.iter().zip(self.units).enumerate().take(head.count) {
+            let first = begun + (s as u32 * g.codewords + u32::from(*code)) * size;
+            sum += self.term(first, place, c, *units);
+        }
+        if head.rest.1 > 0 {
+            sum += self.rest(head.rest, inside, c);
+        }
+        self.value(sum)
     }
 }
 

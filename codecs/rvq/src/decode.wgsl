@@ -1,16 +1,20 @@
-// Voxels and cells out of codes and codewords: the twin of decode.rs.
+// Voxels and cells out of codes and codewords: the twin of decode.rs. What differs between the payloads stands behind it, in
+// decode/fixed.wgsl or decode/variable.wgsl.
 //
-// Constants: rvq_grid (vec3<u32>), rvq_channels, rvq_all_stages, rvq_codewords, rvq_index_bits, rvq_block_bits (those of all codes
-// of a block), rvq_form (0 = entries of 8
+// Constants: rvq_grid (vec3<u32>), rvq_channels, rvq_all_stages, rvq_codewords, rvq_index_bits, rvq_form (0 = entries of 8
 // bits, 1 = 16, 2 = 11-11-10), rvq_firsts (vec3<u32>: first entry of the codewords of each resolution), rvq_one_table,
 // rvq_scales_low (vec3<u32>) and rvq_scales_high (the scales of the only table), rvq_offset, rvq_unit.
 // Resources: rvq_index, rvq_codebook, rvq_scales.
 
-// Codes of a block: the first lies in bits `shift` and above of word `word`. All of them, if they take 64 bits at most.
-struct rvq_Codes {
-    word: u32,
-    shift: u32,
-    record: vec2<u32>,
+// A codeword: its first entry, and the units of the sums that its entries count.
+struct rvq_Term {
+    first: u32,
+    units: i32,
+}
+
+struct rvq_Ends {
+    low: rvq_Term,
+    high: rvq_Term,
 }
 
 // The blocks at both ends of a cell's row along x.
@@ -50,57 +54,6 @@ fn rvq_units(stage: u32) -> i32 {
     }
     let scale = word >> (8u * (stage & 3u));
     return i32(((8u + ((scale >> 5u) & 7u)) << (scale & 31u)) >> 3u);
-}
-
-fn rvq_codes(block: vec3<u32>) -> rvq_Codes {
-    // 32 codes fill rvq_index_bits words: bits never overflow.
-    let i = ((block.z * rvq_grid.y + block.y) * rvq_grid.x + block.x) * rvq_all_stages;
-    let bit = (i & 31u) * rvq_index_bits;
-    let word = (i >> 5u) * rvq_index_bits + (bit >> 5u);
-    let shift = bit & 31u;
-    var record = vec2<u32>(0u);
-    if rvq_block_bits <= 64u {
-        record.x = rvq_index(word) >> shift;
-        if rvq_block_bits != 32u && shift + rvq_block_bits > 32u {
-            let next = rvq_index(word + 1u);
-            if shift == 0u {
-                record.y = next;
-            } else {
-                record.x |= next << (32u - shift);
-                record.y = next >> shift;
-            }
-        }
-        if rvq_block_bits > 32u && shift + rvq_block_bits > 64u {
-            record.y |= rvq_index(word + 2u) << (32u - shift);
-        }
-    }
-    return rvq_Codes(word, shift, record);
-}
-
-fn rvq_code(codes: rvq_Codes, stage: u32) -> u32 {
-    var bit = stage * rvq_index_bits;
-    var code = 0u;
-    if rvq_block_bits <= 32u {
-        code = codes.record.x >> bit;
-    } else if rvq_block_bits <= 64u {
-        if bit >= 32u {
-            code = codes.record.y >> (bit - 32u);
-        } else {
-            code = codes.record.x >> bit;
-            if bit + rvq_index_bits > 32u {
-                code |= codes.record.y << (32u - bit);
-            }
-        }
-    } else {
-        bit += codes.shift;
-        let word = codes.word + (bit >> 5u);
-        let shift = bit & 31u;
-        code = rvq_index(word) >> shift;
-        if shift + rvq_index_bits > 32u {
-            code |= rvq_index(word + 1u) << (32u - shift);
-        }
-    }
-    return code & ((1u << rvq_index_bits) - 1u);
 }
 
 // Entries of a voxel: one of three colours, or one for each channel.
@@ -174,8 +127,8 @@ fn rvq_fetch(p: vec3<i32>) -> vec4<f32> {
     let block = v / rvq_edge();
     let codes = rvq_codes(block);
     let place = rvq_place(v - block * rvq_edge());
-    var sum = vec3<i32>(0x8000);
-    for (var s = 0u; s < rvq_shown(); s++) {
+    var sum = rvq_base(codes) + rvq_rest(codes, v - block * rvq_edge());
+    for (var s = 0u; s < rvq_count(codes); s++) {
         let entry = rvq_codeword(codes, s) + place;
         sum += rvq_entry(rvq_word(entry), entry) * rvq_units(s);
     }
@@ -190,23 +143,46 @@ fn rvq_row(low_x: u32, high_x: u32, y: u32, z: u32) -> rvq_Row {
     return rvq_Row(low, rvq_codes(vec3<u32>(high_x, y, z)));
 }
 
-// First entries of the codewords of a row at a stage.
-fn rvq_ends(row: rvq_Row, stage: u32, crossed: bool) -> vec2<u32> {
-    let low = rvq_codeword(row.low, stage);
-    if !crossed {
-        return vec2<u32>(low, low);
+// First entry of the codeword of a block at a stage, and the units that its entries count: 0 where the block has none.
+fn rvq_term(codes: rvq_Codes, stage: u32, units: i32) -> rvq_Term {
+    if stage >= rvq_count(codes) {
+        return rvq_Term(0u, 0);
     }
-    return vec2<u32>(low, rvq_codeword(row.high, stage));
+    return rvq_Term(rvq_codeword(codes, stage), units);
+}
+
+// The same at both ends of a row.
+fn rvq_ends(row: rvq_Row, stage: u32, units: i32, crossed: bool) -> rvq_Ends {
+    let low = rvq_term(row.low, stage, units);
+    if !crossed {
+        return rvq_Ends(low, low);
+    }
+    return rvq_Ends(low, rvq_term(row.high, stage, units));
 }
 
 // What the codewords of a row add at its ends.
-fn rvq_pair(entries: vec2<u32>, units: i32) -> array<vec3<i32>, 2> {
-    let low_word = rvq_word(entries.x);
+fn rvq_pair(ends: rvq_Ends, places: vec2<u32>) -> array<vec3<i32>, 2> {
+    let low = ends.low.first + places.x;
+    let high = ends.high.first + places.y;
+    let low_word = rvq_word(low);
     var high_word = low_word;
-    if !rvq_together(entries.x, entries.y) {
-        high_word = rvq_word(entries.y);
+    if !rvq_together(low, high) {
+        high_word = rvq_word(high);
     }
-    return array<vec3<i32>, 2>(rvq_entry(low_word, entries.x) * units, rvq_entry(high_word, entries.y) * units);
+    return array<vec3<i32>, 2>(rvq_entry(low_word, low) * ends.low.units, rvq_entry(high_word, high) * ends.high.units);
+}
+
+// What a row begins with at its ends: everything but codewords.
+fn rvq_begun(row: rvq_Row, low: vec3<u32>, high: vec3<u32>) -> array<vec3<i32>, 2> {
+    return array<vec3<i32>, 2>(
+        rvq_base(row.low) + rvq_rest(row.low, low),
+        rvq_base(row.high) + rvq_rest(row.high, high),
+    );
+}
+
+// Stages that a row needs.
+fn rvq_row_count(row: rvq_Row) -> u32 {
+    return max(rvq_count(row.low), rvq_count(row.high));
 }
 
 fn rvq_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8> {
@@ -235,34 +211,40 @@ fn rvq_fetch_cell(p: vec3<i32>, q: vec3<i32>) -> array<vec4<f32>, 8> {
     let place_10 = vec2<u32>(rvq_place(vec3<u32>(a.x, b.y, a.z)), rvq_place(vec3<u32>(b.x, b.y, a.z)));
     let place_01 = vec2<u32>(rvq_place(vec3<u32>(a.x, a.y, b.z)), rvq_place(vec3<u32>(b.x, a.y, b.z)));
     let place_11 = vec2<u32>(rvq_place(vec3<u32>(a.x, b.y, b.z)), rvq_place(b));
-    var sum_000 = vec3<i32>(0x8000);
-    var sum_100 = sum_000;
-    var sum_010 = sum_000;
-    var sum_110 = sum_000;
-    var sum_001 = sum_000;
-    var sum_101 = sum_000;
-    var sum_011 = sum_000;
-    var sum_111 = sum_000;
-    for (var s = 0u; s < rvq_shown(); s++) {
+    let begun_00 = rvq_begun(row_00, a, vec3<u32>(b.x, a.y, a.z));
+    let begun_10 = rvq_begun(row_10, vec3<u32>(a.x, b.y, a.z), vec3<u32>(b.x, b.y, a.z));
+    let begun_01 = rvq_begun(row_01, vec3<u32>(a.x, a.y, b.z), vec3<u32>(b.x, a.y, b.z));
+    let begun_11 = rvq_begun(row_11, vec3<u32>(a.x, b.y, b.z), b);
+    var sum_000 = begun_00[0];
+    var sum_100 = begun_00[1];
+    var sum_010 = begun_10[0];
+    var sum_110 = begun_10[1];
+    var sum_001 = begun_01[0];
+    var sum_101 = begun_01[1];
+    var sum_011 = begun_11[0];
+    var sum_111 = begun_11[1];
+    let count_0 = max(rvq_row_count(row_00), rvq_row_count(row_10));
+    let count = max(count_0, max(rvq_row_count(row_01), rvq_row_count(row_11)));
+    for (var s = 0u; s < count; s++) {
         let units = rvq_units(s);
-        let ends_00 = rvq_ends(row_00, s, crossed.x);
+        let ends_00 = rvq_ends(row_00, s, units, crossed.x);
         var ends_10 = ends_00;
         if crossed.y {
-            ends_10 = rvq_ends(row_10, s, crossed.x);
+            ends_10 = rvq_ends(row_10, s, units, crossed.x);
         }
         var ends_01 = ends_00;
         var ends_11 = ends_10;
         if crossed.z {
-            ends_01 = rvq_ends(row_01, s, crossed.x);
+            ends_01 = rvq_ends(row_01, s, units, crossed.x);
             ends_11 = ends_01;
             if crossed.y {
-                ends_11 = rvq_ends(row_11, s, crossed.x);
+                ends_11 = rvq_ends(row_11, s, units, crossed.x);
             }
         }
-        let pair_00 = rvq_pair(ends_00 + place_00, units);
-        let pair_10 = rvq_pair(ends_10 + place_10, units);
-        let pair_01 = rvq_pair(ends_01 + place_01, units);
-        let pair_11 = rvq_pair(ends_11 + place_11, units);
+        let pair_00 = rvq_pair(ends_00, place_00);
+        let pair_10 = rvq_pair(ends_10, place_10);
+        let pair_01 = rvq_pair(ends_01, place_01);
+        let pair_11 = rvq_pair(ends_11, place_11);
         sum_000 += pair_00[0];
         sum_100 += pair_00[1];
         sum_010 += pair_10[0];

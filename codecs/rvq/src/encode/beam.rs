@@ -14,6 +14,31 @@ use crate::stream::{BASE, MOST_STAGES, TOP};
 /// Blocks whose sums one thread follows at a time.
 const BLOCKS: usize = 64;
 
+/// What the search knows of a block, besides its values.
+#[derive(Copy, Clone, Debug)]
+pub struct About<'m> {
+    /// Which values lie in the volume, where not all do.
+    pub inside: Option<&'m [bool]>,
+    /// What its values count from, for each channel, in units of sums.
+    pub base: [i32; 3],
+}
+
+impl About<'_> {
+    /// A whole block whose values count from the middle value.
+    pub const WHOLE: Self = Self { inside: None, base: [BASE; 3] };
+}
+
+/// The best sum of a block after a stage.
+#[derive(Copy, Clone, Debug)]
+pub struct Best<'p> {
+    /// Number of the block.
+    pub block: usize,
+    /// Its codes so far: one of each stage.
+    pub codes: &'p [u16],
+    /// Squared error of the values in the volume.
+    pub error: f64,
+}
+
 /// A search over all stages.
 #[derive(Debug)]
 pub struct Coder<'a> {
@@ -46,13 +71,16 @@ struct Child {
 }
 
 /// Squared error of the values in the volume that a sum with one more codeword decodes to.
-fn error(values: &[f32], sum: &[f32], codeword: &[f32], inside: Option<&[bool]>) -> f64 {
-    let (low, high) = (-BASE as f32, (TOP - BASE) as f32);
+fn error(values: &[f32], sum: &[f32], codeword: &[f32], about: About<'_>) -> f64 {
+    let low = about.base.map(|base| -base as f32);
+    let high = about.base.map(|base| (TOP - base) as f32);
+    let channels = values.len() / cvr_groups::VOXELS;
     let term = |i: usize| {
-        let error = f64::from((sum[i] + codeword[i]).clamp(low, high)) - f64::from(values[i]);
+        let c = if channels == 3 { i % 3 } else { 0 };
+        let error = f64::from((sum[i] + codeword[i]).clamp(low[c], high[c])) - f64::from(values[i]);
         error * error
     };
-    match inside {
+    match about.inside {
         None => (0..values.len()).map(term).sum(),
         Some(inside) => (0..values.len()).filter(|i| inside[*i]).map(term).sum(),
     }
@@ -66,15 +94,42 @@ impl<'a> Coder<'a> {
         Self { stages, searches, beam }
     }
 
-    /// The codes of some blocks that follow each other in `rows`, block by block, on this thread. `inside` says which values
-    /// of a block lie in the volume, where not all do.
+    /// The codes of some blocks that follow each other in `rows`, block by block, on this thread.
     #[must_use]
-    pub fn code<'m>(&self, rows: &[f32], inside: impl Fn(usize) -> Option<&'m [bool]>) -> Vec<u32> {
+    pub fn code<'m>(&self, rows: &[f32], about: impl Fn(usize) -> About<'m>) -> Vec<u32> {
+        let (mut all, stages) = (Vec::new(), self.stages.len());
+        self.follow(rows, about, -1.0, |best| {
+            all.resize(all.len().max((best.block + 1) * stages), 0);
+            if best.codes.len() == stages {
+                let codes = best.codes.iter().map(|code| u32::from(*code));
+                all[best.block * stages..][..stages].iter_mut().zip(codes).for_each(|(to, code)| *to = code);
+            }
+        });
+        all
+    }
+
+    /// Follows some blocks that follow each other in `rows`, stage by stage, on this thread; `each` hears the best sum of each
+    /// block after each stage. A block whose error is `enough` or less needs no further stage.
+    pub fn follow<'m>(
+        &self,
+        rows: &[f32],
+        about: impl Fn(usize) -> About<'m>,
+        enough: f64,
+        mut each: impl FnMut(Best<'_>),
+    ) {
         let dimension = self.stages[0].codebook.dimension();
-        let parts = rows.chunks(BLOCKS * dimension).enumerate();
-        let coded =
-            parts.flat_map(|(part, rows)| self.part(rows, dimension, |block| inside(part * BLOCKS + block)));
-        coded.flat_map(|codes| self.of_stages(codes)).collect()
+        for (part, rows) in rows.chunks(BLOCKS * dimension).enumerate() {
+            let first = part * BLOCKS;
+            self.part(
+                rows,
+                dimension,
+                |block| about(first + block),
+                enough,
+                |best| {
+                    each(Best { block: first + best.block, ..best });
+                },
+            );
+        }
     }
 
     /// The codes of whole blocks, in parallel.
@@ -82,12 +137,7 @@ impl<'a> Coder<'a> {
     pub fn code_all(&self, rows: &[f32]) -> Vec<u32> {
         let dimension = self.stages[0].codebook.dimension();
         let parts = rows.par_chunks(BLOCKS * dimension);
-        let coded = parts.flat_map_iter(|rows| self.part(rows, dimension, |_| None));
-        coded.flat_map_iter(|codes| self.of_stages(codes)).collect()
-    }
-
-    fn of_stages(&self, codes: Codes) -> impl Iterator<Item = u32> + use<> {
-        codes.into_iter().take(self.stages.len()).map(u32::from)
+        parts.flat_map_iter(|rows| self.code(rows, |_| About::WHOLE)).collect()
     }
 
     /// Value `i` of the sum of a block's codewords, counted from the middle value.
@@ -97,13 +147,23 @@ impl<'a> Coder<'a> {
         terms.map(|(stage, code)| stage.codebook.codeword(*code as usize)[i] as i32).sum()
     }
 
-    /// The codes of each of a few blocks.
+    /// Adds the codewords of a block to some sums.
+    pub fn add(&self, codes: &[u16], sums: &mut [i32]) {
+        for (stage, code) in self.stages.iter().zip(codes) {
+            let codeword = stage.codebook.codeword((*code).into());
+            sums.iter_mut().zip(codeword).for_each(|(sum, c)| *sum += *c as i32);
+        }
+    }
+
+    /// Follows a few blocks.
     fn part<'m>(
         &self,
         rows: &[f32],
         dimension: usize,
-        inside: impl Fn(usize) -> Option<&'m [bool]>,
-    ) -> Vec<Codes> {
+        about: impl Fn(usize) -> About<'m>,
+        enough: f64,
+        mut each: impl FnMut(Best<'_>),
+    ) {
         let count = rows.len() / dimension;
         let start = |block| Path { block, codes: Codes::default(), error: f64::INFINITY };
         let mut paths: Vec<Path> = (0..count).map(start).collect();
@@ -113,18 +173,21 @@ impl<'a> Coder<'a> {
             // The last stage needs the best of each sum alone.
             let last = s + 1 == self.stages.len();
             let wanted = if last { 1 } else { self.beam.min(stage.codebook.size()) };
+            if paths.is_empty() {
+                return;
+            }
             let found = search.several(&left, wanted);
             let (mut next, mut next_sums) = (Vec::with_capacity(count * self.beam), Vec::new());
             let mut first = 0;
             for of_block in paths.chunk_by(|a, b| a.block == b.block) {
                 let block = of_block[0].block;
-                let (values, inside) = (&rows[block * dimension..][..dimension], inside(block));
+                let (values, about) = (&rows[block * dimension..][..dimension], about(block));
                 let mut children: Vec<Child> = Vec::with_capacity(of_block.len() * wanted);
                 for (path, parent) in (first..).zip(of_block) {
                     let sum = &sums[path * dimension..][..dimension];
                     for &Nearest { index, distance } in &found[path * wanted..][..wanted] {
                         let codeword = stage.codebook.codeword(index as usize);
-                        let error = error(values, sum, codeword, inside);
+                        let error = error(values, sum, codeword, about);
                         if error <= parent.error {
                             children.push(Child { path, index, distance, error });
                         }
@@ -139,9 +202,15 @@ impl<'a> Coder<'a> {
                 children.sort_by(|a, b| a.distance.total_cmp(&b.distance));
                 children.truncate(if last { 1 } else { self.beam });
                 first += of_block.len();
-                for Child { path, index, error, .. } in children {
+                for (n, Child { path, index, error, .. }) in children.into_iter().enumerate() {
                     let mut codes = paths[path].codes;
                     codes[s] = index as u16;
+                    if n == 0 {
+                        each(Best { block, codes: &codes[..=s], error });
+                        if error <= enough {
+                            break;
+                        }
+                    }
                     next.push(Path { block, codes, error });
                     if !last {
                         let codeword = stage.codebook.codeword(index as usize);
@@ -157,7 +226,6 @@ impl<'a> Coder<'a> {
                 left.extend(rows[path.block * dimension..][..dimension].iter().zip(sum).map(|(v, s)| v - s));
             }
         }
-        paths.into_iter().map(|path| path.codes).collect()
     }
 }
 
@@ -171,7 +239,7 @@ mod tests {
     fn a_beam_finds_a_sum_that_the_nearest_codeword_misses() {
         let stages =
             [Stage::of(&[10.0, 20.0], 1, Entries::Bits16), Stage::of(&[0.0, -6.0], 1, Entries::Bits16)];
-        let code = |beam| Coder::new(&stages, beam).code(&[14.0, 10.0], |_| None);
+        let code = |beam| Coder::new(&stages, beam).code(&[14.0, 10.0], |_| About::WHOLE);
         assert_eq!(code(1), [0, 0, 0, 0]);
         assert_eq!(code(2), [1, 1, 0, 0]);
         assert_eq!(Coder::new(&stages, 2).sum(&[1, 1], 0), 14);
@@ -186,7 +254,10 @@ mod tests {
             Stage::of(&[0.0, 0.0, 3.0, 20.0], 2, Entries::Bits16),
         ];
         let coder = Coder::new(&stages, 2);
-        assert_eq!(coder.code(&[10.0, 30.0], |_| None), [0, 1]);
-        assert_eq!(coder.code(&[10.0, 30.0], |_| Some(&[true, false][..])), [0, 0]);
+        assert_eq!(coder.code(&[10.0, 30.0], |_| About::WHOLE), [0, 1]);
+        assert_eq!(
+            coder.code(&[10.0, 30.0], |_| About { inside: Some(&[true, false][..]), ..About::WHOLE }),
+            [0, 0]
+        );
     }
 }

@@ -1,23 +1,25 @@
 //! The encoder: codebooks from a part of the blocks, then the codes of every block.
 
 mod beam;
+mod fixed;
 mod refine;
 mod sizes;
 mod stage;
+mod variable;
 
-use cvr_codebook::pack::BitPacker;
 use cvr_codebook::{Quantiser, Vectors, sample};
 use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::StreamWriter;
-use cvr_core::kit::{BlockRow, Measured, code_frame, value_range};
+use cvr_core::kit::{Measured, value_range};
 use cvr_core::volume::{BrickSource, FrameIndex, VolumeLayout};
 use cvr_groups::VALUE_BITS;
 
 use crate::settings::Options;
 use crate::stream::{
-    BASE, CODEBOOK, Entries, Geometry, INDEX, Parameters, TOP, Table, TrainingRecord, block,
+    BASE, CODEBOOK, Entries, Geometry, INDEX, Parameters, Payload, Table, TrainingRecord, block,
 };
 use beam::Coder;
+use fixed::encode_frame;
 use stage::Stage;
 
 /// Encodes with one set of settings.
@@ -51,6 +53,9 @@ impl Encoder for RvqEncoder {
         let range = value_range(source, block(0), run)?;
         let quantiser = Quantiser::over(range, VALUE_BITS, layout.sample.is_integer())
             .map_err(EncodeError::Unsupported)?;
+        if options.payload == Payload::Variable {
+            return variable::encode(self, (source, out, run), (quantiser, range), entries);
+        }
         let codewords = options.codewords.unwrap_or_else(|| sizes::automatic(&layout, options, entries));
         let mut tables = Vec::new();
         for (frames, seed) in options.training.served(layout.frames).into_iter().zip(options.training.seed..)
@@ -58,16 +63,21 @@ impl Encoder for RvqEncoder {
             let draw = options.training.draw;
             let count = options.training.training_blocks;
             let mut vectors = draw.vectors(source, block(0), frames, count, seed, run)?;
-            to_sums(quantiser, vectors.values_mut());
+            to_sums(quantiser, BASE, vectors.values_mut());
             tables.push(self.train(vectors, (codewords as usize, entries), seed, run)?);
         }
         let parameters = Parameters {
+            payload: Payload::Fixed,
+            frame_words: Vec::new(),
             grid: block(0).grid(layout.extent).to_array(),
             offset: quantiser.offset(),
             step: quantiser.step(),
             entries,
             tables: tables.iter().map(Trained::table).collect(),
-            training: self.record(&tables),
+            training: self.record(
+                tables.iter().map(|t| t.blocks).collect(),
+                tables.iter().map(|t| t.refinement).collect(),
+            ),
         };
         let geometry = Geometry::of_stream(&layout, &parameters).map_err(EncodeError::Unsupported)?;
         for table in &tables {
@@ -104,18 +114,20 @@ impl RvqEncoder {
         }
         drop(left);
         let refinement =
-            refine::jointly(&vectors, &mut stages, entries, (options.beam, options.refinement), run)?;
+            refine::jointly(&vectors, &mut stages, entries, (options.refinement, 1), run, |stages| {
+                Coder::new(stages, options.beam).code_all(vectors.values())
+            })?;
         Ok(Trained { stages, blocks, refinement })
     }
 
-    fn record(&self, tables: &[Trained]) -> TrainingRecord {
+    fn record(&self, blocks: Vec<u64>, refinement: Vec<u32>) -> TrainingRecord {
         TrainingRecord {
             initial: self.options.training.initial.name().to_owned(),
             generator: sample::GENERATOR.to_owned(),
             seed: self.options.training.seed,
             beam: self.options.beam,
-            blocks: tables.iter().map(|t| t.blocks).collect(),
-            refinement: tables.iter().map(|t| t.refinement).collect(),
+            blocks,
+            refinement,
         }
     }
 }
@@ -126,6 +138,7 @@ impl Trained {
         Table {
             codewords: self.stages.iter().map(|s| s.codebook.size() as u32).collect(),
             scales: self.stages.iter().map(|s| s.scale.byte() as u8).collect(),
+            mean_shift: 0,
         }
     }
 }
@@ -142,57 +155,8 @@ fn notes(tables: &[Table], asked: u32) -> Vec<String> {
     (fewest + 1 < asked).then(note).into_iter().collect()
 }
 
-/// Data units become units of sums, counted from the middle value.
-fn to_sums(quantiser: Quantiser, values: &mut [f32]) {
+/// Data units become units of sums, counted from `base`.
+fn to_sums(quantiser: Quantiser, base: i32, values: &mut [f32]) {
     let (offset, scale) = (f64::from(quantiser.offset()), 1.0 / f64::from(quantiser.step()));
-    values.iter_mut().for_each(|v| *v = ((f64::from(*v) - offset) * scale - f64::from(BASE)) as f32);
-}
-
-/// Appends the codes of a frame; returns the errors of its voxels.
-fn encode_frame(
-    source: &dyn BrickSource,
-    g: &Geometry,
-    frame: FrameIndex,
-    coder: &Coder<'_>,
-    out: &mut dyn StreamWriter,
-    run: &Progress<'_>,
-) -> Result<Measured, EncodeError> {
-    let integers = source.layout().sample.is_integer();
-    let mut packer = BitPacker::new(g.index_bits);
-    let mut measured = Measured::NOTHING;
-    let row = |by, bz| Ok(code_row(g, coder, &BlockRow::read(source, block(0), frame, by, bz)?, integers));
-    code_frame(&g.grids[0], 1, run, row, |rows| {
-        let mut words = Vec::new();
-        for (codes, of_row) in rows {
-            codes.into_iter().for_each(|code| packer.push(code, &mut words));
-            measured = measured.and(of_row);
-        }
-        Ok(out.append_words(INDEX, &words)?)
-    })?;
-    let mut last = Vec::new();
-    packer.flush(&mut last);
-    out.append_words(INDEX, &last)?;
-    Ok(measured)
-}
-
-/// The codes of a row of blocks, and the errors of its voxels. Blocks that the volume's border cuts are filled up: what lies
-/// outside is part of the means at coarser resolutions.
-fn code_row(g: &Geometry, coder: &Coder<'_>, row: &BlockRow, integers: bool) -> (Vec<u32>, Measured) {
-    let (blocks, dimension) = (g.grids[0].blocks().x(), g.dimension() as usize);
-    let mut samples = Vec::with_capacity(blocks as usize * dimension);
-    (0..blocks).for_each(|bx| row.append(bx, &mut samples));
-    let mut sums = samples.clone();
-    to_sums(g.quantiser, &mut sums);
-    let inside: Vec<Vec<bool>> =
-        (0..blocks).map(|bx| cvr_codebook::blocks::inside(block(0), g.channels, row.cut(bx))).collect();
-    let codes = coder.code(&sums, |bx| Some(&inside[bx][..]).filter(|inside| !inside.iter().all(|i| *i)));
-    let mut measured = Measured::NOTHING;
-    let of_blocks = samples.chunks_exact(dimension).zip(codes.chunks_exact(g.stages as usize));
-    for (inside, (samples, codes)) in inside.iter().zip(of_blocks) {
-        for (i, sample) in samples.iter().enumerate().filter(|(i, _)| inside[*i]) {
-            let sum = coder.sum(codes, i) + BASE;
-            measured.add(*sample, g.quantiser.value(sum.clamp(0, TOP) as u32), integers);
-        }
-    }
-    (codes, measured)
+    values.iter_mut().for_each(|v| *v = ((f64::from(*v) - offset) * scale - f64::from(base)) as f32);
 }

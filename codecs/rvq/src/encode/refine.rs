@@ -8,7 +8,6 @@ use cvr_codebook::{Cells, Vectors};
 use cvr_core::codec::{Cancelled, Progress};
 use rayon::prelude::*;
 
-use super::beam::Coder;
 use super::stage::{Stage, subtract};
 use crate::stream::Entries;
 
@@ -25,8 +24,7 @@ struct Coded {
 }
 
 impl Coded {
-    fn of(vectors: &Vectors, stages: &[Stage], beam: usize) -> Self {
-        let codes = Coder::new(stages, beam).code_all(vectors.values());
+    fn of(vectors: &Vectors, stages: &[Stage], codes: Vec<u32>) -> Self {
         let mut left = vectors.clone();
         let dimension = vectors.dimension();
         let rows = left.values_mut().par_chunks_exact_mut(dimension);
@@ -41,7 +39,8 @@ impl Coded {
     }
 }
 
-/// Trains all stages together for at most `rounds` rounds, as long as they gain; returns the rounds that did.
+/// Trains all stages together for at most `rounds` rounds, as long as they gain; returns the rounds that did. `code` finds the
+/// codes of all vectors under some codebooks. Stages from `zero` on have the zero vector as codeword 0, which stays.
 ///
 /// # Errors
 /// When `run` was cancelled.
@@ -49,18 +48,19 @@ pub fn jointly(
     vectors: &Vectors,
     stages: &mut Vec<Stage>,
     entries: Entries,
-    (beam, rounds): (usize, u32),
+    (rounds, zero): (u32, usize),
     run: &Progress<'_>,
+    code: impl Fn(&[Stage]) -> Vec<u32>,
 ) -> Result<u32, Cancelled> {
-    if rounds == 0 || stages.len() == 1 {
+    if rounds == 0 || stages.len() <= 1 {
         return Ok(0);
     }
-    let mut coded = Coded::of(vectors, stages, beam);
+    let mut coded = Coded::of(vectors, stages, code(stages));
     for round in 0..rounds {
         run.advance(0)?;
         let before = coded.distortion;
-        let moved = moved(stages, coded, entries);
-        coded = Coded::of(vectors, &moved, beam);
+        let moved = moved(stages, coded, entries, zero);
+        coded = Coded::of(vectors, &moved, code(&moved));
         // Codes of a beam are not the best that there are, and codewords are rounded: a round may lose.
         if coded.distortion >= before {
             return Ok(round);
@@ -74,7 +74,7 @@ pub fn jointly(
 }
 
 /// The stages with each codeword at the mean of what all other stages leave of its blocks.
-fn moved(stages: &[Stage], coded: Coded, entries: Entries) -> Vec<Stage> {
+fn moved(stages: &[Stage], coded: Coded, entries: Entries, zero: usize) -> Vec<Stage> {
     let mut moved = Vec::with_capacity(stages.len());
     let Coded { codes, mut left, .. } = coded;
     let dimension = left.dimension();
@@ -83,8 +83,7 @@ fn moved(stages: &[Stage], coded: Coded, entries: Entries) -> Vec<Stage> {
         let cells = Cells::of(of_stage.clone(), stage.codebook.size());
         let codeword = |k: usize| {
             let old = stage.codebook.codeword(k).iter().map(|v| f64::from(*v));
-            // The zero vector of a later stage stays.
-            if cells.members(k).is_empty() || (s > 0 && k == 0) {
+            if cells.members(k).is_empty() || (s >= zero && k == 0) {
                 return old.collect::<Vec<_>>();
             }
             old.zip(cells.mean(k, &left)).map(|(old, left)| old + left).collect()

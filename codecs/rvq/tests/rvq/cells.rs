@@ -22,12 +22,15 @@ proptest! {
         entries in prop_oneof![Just("8"), Just("16"), Just("auto")],
         resolution in 0_usize..3,
         shown in 1_usize..7,
+        variable: bool,
         rgb: bool,
         seed: u32,
     ) {
         let volume = noise(size, if rgb { 3 } else { 1 }, seed);
         let [stages_text, size_text] = [stages, codewords].map(|n| n.to_string());
         let settings = settings(&[
+            ("payload", if variable { "variable" } else { "fixed" }),
+            ("rate", if variable { "4" } else { "0" }),
             ("stages", &stages_text),
             ("codewords", &size_text),
             ("entries", entries),
@@ -41,12 +44,15 @@ proptest! {
         let resources = decoder.shader().unwrap().resources(FrameIndex::FIRST).unwrap();
         let geometry = Geometry::new(decoder.layout(), &parameters).unwrap();
         let units = geometry.units(0);
+        let words = |name: &str| resources.iter().find(|r| r.name == name).map_or(&[][..], |r| &r.words[..]);
         let frame = Frame {
-            index: &resources[0].words,
-            codebook: &resources[1].words,
+            index: words("index"),
+            heads: words("heads"),
+            mean_shift: geometry.tables[0].mean_shift,
+            codebook: words("codebook"),
             units: &units,
             resolution,
-            stages: shown.min(stages as usize),
+            stages: shown.min(geometry.stages as usize),
             geometry: &geometry,
         };
         let extent: Extent = decoder.layout().extent.at_resolution(resolution as u8);

@@ -26,6 +26,12 @@ fn many_stages_and_tables_per_frame_pass() {
     passes(&[settings(&pairs)], true);
 }
 
+/// Means, groups and escapes.
+#[test]
+fn the_payload_variable_passes() {
+    passes(&[settings(&[("payload", "variable"), ("rate", "2"), ("stages", "3")])], true);
+}
+
 #[test]
 fn odd_and_extreme_settings_pass() {
     passes(
@@ -35,6 +41,9 @@ fn odd_and_extreme_settings_pass() {
             settings(&[("stages", "16"), ("codewords", "2"), ("beam", "2")]),
             settings(&[("codewords", "4096"), ("refinement", "0")]),
             settings(&[("training_blocks", "1"), ("iterations", "0"), ("codewords", "1")]),
+            settings(&[("payload", "variable"), ("max_error", "1e-30"), ("beam", "1")]),
+            settings(&[("payload", "variable"), ("psnr", "30"), ("tables", "per-frame"), ("entries", "16")]),
+            settings(&[("payload", "variable"), ("rate", "0.01"), ("codewords", "1")]),
         ],
         false,
     );

@@ -8,3 +8,4 @@ mod conformance;
 mod levels;
 mod real_volumes;
 mod streams;
+mod variable;

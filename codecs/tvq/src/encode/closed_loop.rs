@@ -8,9 +8,9 @@ use cvr_groups::part_value;
 use rayon::prelude::*;
 
 use crate::encode::domain::{Domain, Row};
-use crate::encode::kept::KeptPlane;
 use crate::encode::train::book::Book;
 use crate::stream::geometry::{TOP, VOXELS, block as block_size, number};
+use cvr_groups::KeptPlane;
 
 /// Codes and errors of the blocks of one channel of one frame, in the order of the domain's blocks.
 #[derive(Clone, Debug, Default)]

@@ -7,7 +7,6 @@
 mod closed_loop;
 mod domain;
 mod fixed;
-mod kept;
 mod sample;
 pub mod train;
 mod tuned;

@@ -187,28 +187,9 @@ pub mod escapes {
     /// Part of a step of integers that escapes behind codes have at most where they are to lose nothing: codes leave values
     /// between integers, which a whole step would round either way. Derived.
     pub const COVERED: f64 = 0.95;
-    /// One more bit for each voxel is not tried where what is left is worth less than this part of it. Limit.
-    pub const WORTH: f64 = 1.0;
-    /// Part of a block's error that is expected to be left by a quantiser of 0, 1, … bits: between normal and Laplacian
-    /// distributions (Max 1960). Trials alone use it.
-    pub const LEFT: [f64; 5] = [1.0, 0.42, 0.15, 0.05, 0.016];
-    /// And by each further bit.
-    pub const LEFT_BEYOND: f64 = 0.3;
     /// Escapes are tried that may pay at this part of the price that is expected, and at less of it where that turns out to be
     /// too dear. Limit.
     pub const FLOOR: f64 = 0.2;
     /// How often a lower price is tried before every block is.
     pub const FLOORS: usize = 3;
-}
-
-/// The payload `variable`: rate control.
-pub mod rate_control {
-    /// Number of halvings of a range of prices. Their logarithms are then known within 2 · ln 10⁷ / 2²⁸. Derived.
-    pub const HALVINGS: usize = 28;
-    /// Prices are searched within this factor of the expected one, up and down. Tested: any first guess within 10³.
-    pub const REACH: f64 = 1e7;
-    /// Bits or errors that miss the target by at most this fraction are accepted. Limit.
-    pub const NEAR: f64 = 1e-5;
-    /// Number of codebook counts that are tried one by one. Limit.
-    pub const COUNTS: usize = 8;
 }

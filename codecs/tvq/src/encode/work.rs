@@ -9,12 +9,12 @@ use cvr_core::volume::{BrickSource, Extent, VolumeLayout};
 
 use super::closed_loop::{Coder, Plane};
 use super::domain::Domain;
-use super::kept::KeptPlane;
 use super::train::book::{Book, Recipe};
 use super::train::trainer::Training;
 use super::tuned::codebooks::{GAIN, HEADER_BYTES, HEADER_USED, MEAN_STEP, QUICK_ROUNDS};
 use crate::settings::Options;
 use crate::stream::geometry::{VALUE_BITS, block_grid, positions, sub_blocks};
+use cvr_groups::KeptPlane;
 
 /// Default bits of an entry.
 pub const COARSE: u32 = 8;

@@ -2,13 +2,13 @@
 
 use cvr_groups::mean_width;
 
-use super::rate_control::Aim;
 use crate::encode::closed_loop::Plane;
 use crate::encode::domain::Domain;
 use crate::encode::tuned::codebooks::FULL_BLOCKS;
 use crate::encode::work::Work;
 use crate::settings::{CODE_BITS, MEAN_BITS, Target};
 use crate::stream::geometry::{GROUP, HEAD_WORDS, VOXELS, number, positions};
+use cvr_groups::Aim;
 
 /// Bits of header, tables, codebooks and heads of groups.
 pub fn fixed_bits(work: &Work<'_>, books: u32, codewords: f64) -> f64 {

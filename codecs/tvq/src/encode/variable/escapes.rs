@@ -2,33 +2,15 @@
 
 use cvr_codebook::blocks::{cuts, inside};
 use cvr_core::codec::EncodeError;
-use cvr_groups::{Candidate, Escape, Rest, Scale, escape_bits};
+use cvr_groups::{Candidate, Escape, KeptPlane, Prices, Rest, Scale, Ways};
 use rayon::prelude::*;
 
 use crate::encode::closed_loop::{Coder, Plane};
 use crate::encode::domain::{Domain, Row};
-use crate::encode::kept::KeptPlane;
 use crate::encode::train::book::Book;
-use crate::encode::tuned::escapes::{COVERED, WORTH};
+use crate::encode::tuned::escapes::COVERED;
 use crate::encode::work::{Coded, Sets, Work};
 use crate::stream::geometry::{VOXELS, block as block_size};
-
-/// Ways to escape the blocks of one plane.
-#[derive(Clone, Debug, Default)]
-pub struct Ways {
-    candidates: Vec<Candidate>,
-    ends: Vec<u32>,
-}
-
-impl Ways {
-    /// Those of a block, by number of codes before them.
-    #[must_use]
-    #[inline]
-    pub fn of(&self, block: usize) -> &[Candidate] {
-        let begin = if block == 0 { 0 } else { self.ends[block - 1] };
-        &self.candidates[begin as usize..self.ends[block] as usize]
-    }
-}
 
 /// By table and plane.
 pub type AllWays = Vec<Vec<Ways>>;
@@ -92,47 +74,22 @@ impl<'a> Coding<'a> {
         let mut values = [0.0_f32; VOXELS];
         values.iter_mut().zip(block.values).zip(sums).for_each(|((r, v), s)| *r = v - *s as f32);
         let rest = Rest::of(&values, block.inside);
-        let measured = |escape: Escape| {
-            let mut sums = *sums;
-            let step = escape.step.units() as i32;
-            sums.iter_mut().zip(escape.numbers).for_each(|(s, n)| *s += escape.low + step * i32::from(n));
-            let error = self.coder.error(block.values, &sums, block.inside);
-            (escape, error)
+        let error = |escape: &Escape| {
+            let shown = std::array::from_fn::<i32, VOXELS, _>(|i| sums[i] + escape.value(i));
+            self.coder.error(block.values, &shown, block.inside)
         };
-        let fitted = measured(rest.fit(bits));
-        let covering = self.exact.and_then(|exact| rest.covering(bits, exact[usize::from(count > 0)]));
-        match covering.map(measured) {
-            Some(covering) if covering.1 < fitted.1 => covering,
-            _ => fitted,
-        }
+        rest.nearest(bits, self.exact.map(|exact| exact[usize::from(count > 0)]), error)
     }
 
-    /// Ways that may pay at some price of the least or more: behind the mean alone, and behind the codes that leave what takes the
-    /// fewest bits. Half a bit for each voxel halves the error of a block.
-    fn ways(&self, block: &Block<'_>, out: &mut Vec<Candidate>) {
+    /// Ways that may pay at some price of the least or more.
+    fn ways(&self, block: &Block<'_>, found: impl FnMut(Candidate)) {
         let stride = block.plane.books + 1;
         let errors = &block.plane.errors[block.number * stride..][..stride];
-        let cost = |n: usize| f64::from(errors[n]) + self.price * self.width * n as f64;
-        let least = (0..stride).map(cost).fold(f64::INFINITY, f64::min);
-        if least <= self.price * f64::from(escape_bits(1, 1)) {
-            return;
-        }
-        let bits = |n: usize| 0.5 * VOXELS as f64 * f64::from(errors[n]).log2() + self.width * n as f64;
-        let count = (0..stride).min_by(|a, b| bits(*a).total_cmp(&bits(*b))).unwrap_or(0);
-        for count in if count == 0 { vec![0] } else { vec![0, count] } {
+        let behind = |count: usize| {
             let sums = self.sums(block, count);
-            let mut before = f64::from(errors[count]);
-            for bits in 1..=16 {
-                if before <= self.price * WORTH * VOXELS as f64 {
-                    break;
-                }
-                let error = self.escape(block, &sums, count, bits).1;
-                if f64::from(error) < before {
-                    out.push(Candidate { codes: count as u8, bits: bits as u8, error });
-                    before = error.into();
-                }
-            }
-        }
+            move |bits| self.escape(block, &sums, count, bits).1
+        };
+        Prices { bit: self.price, width: self.width, parts: 1 }.ways(errors, behind, found);
     }
 }
 
@@ -174,20 +131,17 @@ pub fn ways(work: &Work<'_>, sets: &Sets, price: f64) -> Result<AllWays, EncodeE
         let coding = Coding::of(work, coded, price);
         let mut all = vec![Ways::default(); coded.planes.len()];
         let of_row = |row: &Row, p: usize, first: usize| {
-            let (mut candidates, mut ends) = (Vec::new(), Vec::new());
+            let mut ways = Ways::default();
             for n in 0..row.values.len() / VOXELS {
+                let mut candidates = Vec::new();
                 if let Some(block) = coding.block(row, n, &coded.planes[p], first + n) {
-                    coding.ways(&block, &mut candidates);
+                    coding.ways(&block, |candidate| candidates.push(candidate));
                 }
-                ends.push(candidates.len() as u32);
+                ways.push(candidates);
             }
-            (candidates, ends)
+            ways
         };
-        by_row(work, domain, of_row, |p, (candidates, ends)| {
-            let begun = all[p].candidates.len() as u32;
-            all[p].candidates.extend(candidates);
-            all[p].ends.extend(ends.into_iter().map(|end| begun + end));
-        })?;
+        by_row(work, domain, of_row, |p, ways| all[p].append(&ways))?;
         Ok(all)
     };
     sets.iter().flatten().zip(work.domains()).map(of_table).collect()

@@ -3,9 +3,9 @@
 use cvr_groups::{Codes, Writer, mean_width};
 
 use crate::encode::closed_loop::Plane;
-use crate::encode::kept::KeptPlane;
 use crate::stream::geometry::{Geometry, number, positions};
 use crate::stream::table::Table;
+use cvr_groups::KeptPlane;
 
 /// One frame of the payload `variable`: heads and indices, or `None` where they exceed 2^32 words. `kept[s][c]` says what
 /// each block of `planes[s][c]` keeps.

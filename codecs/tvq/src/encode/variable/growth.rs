@@ -3,11 +3,11 @@
 
 use cvr_core::codec::{Cancelled, Progress};
 
-use super::expected::Expected;
 use crate::encode::train::book::Book;
 use crate::encode::train::trainer::{State, Trainer};
 use crate::encode::tuned::growth::{FEWEST_BLOCKS, HALVINGS, LEAST_HALF, PART_GAINED};
 use crate::stream::table::Partition;
+use cvr_groups::Expected;
 
 /// A list of codebooks that grows.
 pub struct Growth<'t, 'a> {

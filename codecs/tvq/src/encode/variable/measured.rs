@@ -2,7 +2,7 @@
 
 use cvr_groups::best;
 
-use super::expected::{Direct, Expected};
+use cvr_groups::{Direct, Expected};
 
 /// Errors of some blocks by number of codes, in units of sums.
 pub struct Measured {

@@ -2,18 +2,17 @@
 
 mod cost;
 mod escapes;
-mod expected;
 mod frame;
 mod groups;
 mod growth;
 mod measured;
 mod point;
-mod rate_control;
 mod search;
 mod trials;
 
 use cvr_core::codec::EncodeError;
-use cvr_groups::Scale;
+pub use cvr_groups::Sum;
+use cvr_groups::{Aim, Expected, Scale, Settled, settle};
 use serde_json::json;
 
 use crate::encode::sample::Sample;
@@ -29,12 +28,9 @@ use crate::stream::geometry::{EDGE, Geometry, Parameters, Payload, VALUE_BITS, b
 use crate::stream::table::{BookForm, Partition, Table};
 use cost::aim;
 use escapes::{AllWays, ways};
-use expected::Expected;
 use frame::variable_frame;
-use groups::Groups;
+use groups::groups;
 use growth::Growth;
-pub use rate_control::Sum;
-use rate_control::{Aim, Settled, settle};
 use search::{Plan, expectations, plan};
 
 /// Codebooks and codes of all tables, what each block keeps, and what that comes to. Entries have as many bits as suits these from
@@ -59,7 +55,7 @@ pub fn encode(work: &mut Work<'_>) -> Result<(Sets, Kept, Sum), EncodeError> {
     work.options.entry_bits = entry_bits;
     let work = &*work;
     let aim = aim(work);
-    let (planes, sum) = Groups::of(work, &coded, &ways).kept(aim, &settled);
+    let (planes, sum) = groups(work, &coded, &ways).kept(aim, &settled);
     let (mut all, mut planes) = (Vec::new(), planes.into_iter());
     for (coded, domains) in coded.iter_mut().zip(&work.sets) {
         let mut of_set = Vec::new();
@@ -130,7 +126,7 @@ fn settled(work: &Work<'_>, coded: &Sets, about: f64) -> Result<(Settled, AllWay
     let mut floor = FLOOR * about;
     for left in (0..=FLOORS).rev() {
         let ways = ways(work, coded, floor)?;
-        let groups = Groups::of(work, coded, &ways);
+        let groups = groups(work, coded, &ways);
         let settled = settle(aim(work), about, |price| groups.sums(price));
         drop(groups);
         if settled.price >= floor || left == 0 {

@@ -4,9 +4,7 @@
 use cvr_core::codec::EncodeError;
 
 use super::cost::{aim, default_bits, fixed_bits};
-use super::expected::Expected;
 use super::point::Point;
-use super::rate_control::Aim;
 use super::trials::{Overview, Trial};
 use crate::encode::closed_loop::Plane;
 use crate::encode::sample::Sample;
@@ -18,6 +16,8 @@ use crate::encode::tuned::trials::{
 };
 use crate::encode::work::{COARSE, Work};
 use crate::settings::Target;
+use cvr_groups::Aim;
+use cvr_groups::Expected;
 
 /// Bits of an entry if coarse entries leave too large an error.
 const FINE: u32 = 16;
@@ -93,7 +93,7 @@ fn few_enough(work: &Work<'_>) -> bool {
 /// are few, large codebooks know most of them by heart: those that serve a rate best are then often found as if nothing was coded
 /// directly, which only adds to them.
 pub fn expectations(work: &Work<'_>) -> Vec<Expected> {
-    let expected = Expected::of(work.layout.sample.is_integer().then(|| 1.0 / work.unit()));
+    let expected = Expected::of(work.layout.sample.is_integer().then(|| 1.0 / work.unit()), 1);
     let blocks = work.blocks() / work.tables();
     match aim(work) {
         Aim::Bits(_) if blocks <= FEW => vec![Expected::never()],

@@ -3,17 +3,17 @@
 use cvr_core::codec::EncodeError;
 
 use super::cost::{fixed_bits, groups, mean_bits};
-use super::expected::Expected;
 use super::growth::Growth;
 use super::measured::{Found, Measured};
 use super::point::Point;
-use super::rate_control::{Aim, Settled, Sum, settle, settle_all};
 use crate::encode::closed_loop::Plane;
 use crate::encode::train::book::Book;
 use crate::encode::train::trainer::Trainer;
 use crate::encode::tuned::growth::{EIGHTHS, LARGE};
 use crate::encode::tuned::trials::{ABOUT_AS_GOOD, AS_GOOD, LEAST_ERROR, NEAR, STEEP};
 use crate::encode::work::Work;
+use cvr_groups::Expected;
+use cvr_groups::{Aim, Settled, Sum, settle, settle_all};
 
 /// Trials on few blocks.
 pub struct Overview<'a, 'w> {

@@ -1,114 +1,21 @@
-//! What a stream holds: decode parameters, and where codes and entries of codewords lie.
+//! The decode parameters, and the sizes that follow from them.
 
 use cvr_codebook::Quantiser;
-use cvr_core::codec::Block;
 use cvr_core::kit::BlockGrid;
 use cvr_core::volume::{Extent, VolumeLayout};
 use cvr_groups::{Scale, VALUE_BITS};
 use serde::{Deserialize, Serialize};
 
-/// Tensor and shader resource: the codewords.
-pub const CODEBOOK: &str = "codebook";
-/// Tensor and shader resource: the codes of all blocks.
-pub const INDEX: &str = "index";
-/// Voxels along each axis of a block.
-pub const EDGE: u32 = 4;
-/// Blocks of 4³, 2³ and 1³ voxels.
-pub const RESOLUTIONS: usize = 3;
-/// Most stages of a stream.
-pub const MOST_STAGES: u32 = 16;
-/// Most codewords of a stage.
-pub const MOST_CODEWORDS: u32 = 1 << 16;
-/// The sum of no codeword, the middle of all values.
-pub const BASE: i32 = 1 << (VALUE_BITS - 1);
-/// Largest value before it is scaled to data units.
-pub const TOP: i32 = (1 << VALUE_BITS) - 1;
-
-/// A block at a resolution: 4³ voxels, 2³ or one.
-#[must_use]
-pub fn block(resolution: usize) -> Block {
-    Block(Extent::cube(EDGE >> resolution).unwrap_or(Extent::ONE))
-}
-
-/// How the values of a codeword are stored.
-#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Entries {
-    /// 8 bits each, four in a word.
-    #[serde(rename = "8")]
-    Bits8,
-    /// 16 bits each, two in a word.
-    #[serde(rename = "16")]
-    Bits16,
-    /// The three colours of a voxel in 11, 11 and 10 bits, in one word.
-    #[serde(rename = "11-11-10")]
-    Colours,
-}
-
-impl Entries {
-    /// The form of that name; none for `auto`.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "8" => Some(Self::Bits8),
-            "16" => Some(Self::Bits16),
-            _ => None,
-        }
-    }
-
-    /// The form where none is asked for.
-    #[must_use]
-    pub const fn natural(channels: u32) -> Self {
-        if channels == 3 { Self::Colours } else { Self::Bits8 }
-    }
-
-    /// Bits of a code that the scale of a stage counts in: those of colours are the upper ones of 16.
-    #[must_use]
-    pub const fn code_bits(self) -> u32 {
-        match self {
-            Self::Bits8 => 8,
-            Self::Bits16 | Self::Colours => 16,
-        }
-    }
-
-    /// Binary logarithm of the entries in one word. An entry is a value, or the three of a voxel.
-    #[must_use]
-    pub const fn lanes_log2(self) -> u32 {
-        match self {
-            Self::Bits8 => 2,
-            Self::Bits16 => 1,
-            Self::Colours => 0,
-        }
-    }
-
-    /// Entries of one voxel.
-    #[must_use]
-    pub const fn per_voxel(self, channels: u32) -> u32 {
-        match self {
-            Self::Bits8 | Self::Bits16 => channels,
-            Self::Colours => 1,
-        }
-    }
-
-    /// Lower bits of a code that are not stored, for channel `c`.
-    #[must_use]
-    pub const fn dropped(self, c: usize) -> u32 {
-        match self {
-            Self::Bits8 | Self::Bits16 => 0,
-            Self::Colours => {
-                if c == 2 {
-                    6
-                } else {
-                    5
-                }
-            }
-        }
-    }
-}
+use super::{
+    EDGE, Entries, GREATEST_COLOURS, MOST_CODEWORDS, MOST_STAGES, Payload, RESOLUTIONS, block, decoded_mean,
+};
 
 /// The decode parameters in the container.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
+    /// What a block stores.
+    pub payload: Payload,
     /// Blocks along x, y, z.
     pub grid: [u32; 3],
     /// Value of sum 0, in data units.
@@ -119,6 +26,8 @@ pub struct Parameters {
     pub entries: Entries,
     /// Sets of codebooks: one for all frames, or one for each.
     pub tables: Vec<Table>,
+    /// Words of the groups of each frame; none under the payload `fixed`, whose frames are equally long.
+    pub frame_words: Vec<u64>,
     /// How the codebooks came about; decoding needs nothing of it.
     pub training: TrainingRecord,
 }
@@ -131,6 +40,8 @@ pub struct Table {
     pub codewords: Vec<u32>,
     /// Scale of the entries of each stage: exponent in bits 0 to 4, fraction in bits 5 to 7 ([`Scale`]).
     pub scales: Vec<u8>,
+    /// Codes of means count 2^`mean_shift` where a voxel has one value. Else 0, and under the payload `fixed`.
+    pub mean_shift: u32,
 }
 
 /// How the codebooks were trained, for the record.
@@ -154,12 +65,18 @@ pub struct TrainingRecord {
 /// Sizes that follow from layout and parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
+    /// What a block stores.
+    pub payload: Payload,
     /// Blocks over the volume at each resolution: as many at all.
     pub grids: [BlockGrid; RESOLUTIONS],
     /// Values per voxel: 1 or 3.
     pub channels: u32,
     /// Frames.
     pub frames: u32,
+    /// Groups along each axis.
+    pub groups: Extent,
+    /// Words of the groups of each frame.
+    pub frame_words: Vec<u64>,
     /// Sums become values.
     pub quantiser: Quantiser,
     /// How the values of a codeword are stored.
@@ -188,14 +105,20 @@ impl Geometry {
             [t.codewords.len(), t.scales.len()] == [stages as usize; 2]
                 && t.codewords.iter().all(|size| (1..=MOST_CODEWORDS).contains(size))
                 && t.scales.iter().all(scale_fits)
+                && t.mean_shift <= VALUE_BITS
         };
+        let lengths = if p.payload == Payload::Fixed { 0 } else { layout.frames as usize };
         let fits = at(0).blocks().to_array() == p.grid
             && (1..=MOST_STAGES).contains(&stages)
             && (p.entries != Entries::Colours || layout.channels == 3)
             && (p.tables.len() == 1 || p.tables.len() == layout.frames as usize)
+            && p.frame_words.len() == lengths
             && p.tables.iter().all(table_fits);
         let codewords = p.tables.iter().flat_map(|t| &t.codewords).copied().max()?;
         fits.then_some(Self {
+            payload: p.payload,
+            groups: at(0).blocks().blocks_of(Extent::cube(cvr_groups::EDGE).ok()?),
+            frame_words: p.frame_words.clone(),
             grids: [at(0), at(1), at(2)],
             channels: layout.channels,
             frames: layout.frames,
@@ -278,10 +201,10 @@ impl Geometry {
         self.tables[table].scales.iter().map(|scale| Scale::of_byte((*scale).into()).units() as i32).collect()
     }
 
-    /// The scales of a table in words, a byte each.
+    /// The scales of a table in four words, a byte each, and the shift of its means.
     #[must_use]
-    pub fn packed_scales(&self, table: usize) -> [u32; 4] {
-        let mut words = [0; 4];
+    pub fn packed_scales(&self, table: usize) -> [u32; 5] {
+        let mut words = [0, 0, 0, 0, self.tables[table].mean_shift];
         for (s, scale) in self.tables[table].scales.iter().enumerate() {
             words[s / 4] |= u32::from(*scale) << (8 * (s % 4));
         }
@@ -306,17 +229,59 @@ impl Geometry {
         [self.tables.len() as u64, self.words(0)]
     }
 
-    /// Shape of the tensor `index`.
+    /// Shape of the tensor `index` under the payload `fixed`.
     #[must_use]
     pub const fn index_shape(&self) -> [u64; 2] {
         [self.frames as u64, self.index_words()]
+    }
+
+    /// Shape of the tensor `heads`.
+    #[must_use]
+    pub const fn heads_shape(&self) -> [u64; 2] {
+        [self.frames as u64, self.groups.voxels() * cvr_groups::HEAD_WORDS as u64]
+    }
+
+    /// Words of the groups before those of a frame. `None` where they overflow.
+    #[must_use]
+    pub fn frame_start(&self, frame: usize) -> Option<usize> {
+        let words = self.frame_words.iter().take(frame);
+        words.copied().try_fold(0_u64, u64::checked_add).and_then(|sum| usize::try_from(sum).ok())
+    }
+
+    /// Parts of an escape: one for each channel.
+    #[must_use]
+    pub const fn parts(&self) -> u32 {
+        self.channels
+    }
+
+    /// Greatest code of a mean that a group's bits may reach: sums stay within 32 bits.
+    #[must_use]
+    pub const fn greatest_mean(&self, mean_shift: u32) -> u32 {
+        if self.channels == 3 { GREATEST_COLOURS } else { (2 << VALUE_BITS) >> mean_shift }
+    }
+
+    /// What a mean's code stands for, for each channel.
+    #[must_use]
+    #[inline]
+    pub const fn mean(&self, mean_shift: u32, code: u32) -> [i32; 3] {
+        decoded_mean(self.channels, mean_shift, code)
+    }
+
+    /// Blocks of a group: its first block, and how many there are along each axis.
+    #[must_use]
+    pub fn group(&self, group: [u32; 3]) -> ([u32; 3], [u32; 3]) {
+        let grid = self.grids[0].blocks().to_array();
+        let first = group.map(|b| b * cvr_groups::EDGE);
+        (first, [0, 1, 2].map(|a| cvr_groups::EDGE.min(grid[a] - first[a])))
     }
 
     /// Whether a shader, which counts codes and entries in 32 bits, can address one frame.
     #[must_use]
     pub fn fits_a_shader(&self) -> bool {
         let entries: u64 = (0..RESOLUTIONS).map(|r| self.words(r) << self.entries.lanes_log2()).sum();
-        self.codes() <= u64::from(u32::MAX) && entries <= u64::from(u32::MAX)
+        let most = u64::from(u32::MAX);
+        let groups = self.heads_shape()[1].max(self.frame_words.iter().copied().max().unwrap_or(0));
+        self.codes() <= most && entries <= most && groups <= most
     }
 }
 
@@ -329,11 +294,13 @@ mod tests {
 
     fn parameters() -> Parameters {
         Parameters {
+            payload: Payload::Fixed,
             grid: [4, 5, 6],
             offset: 0.0,
             step: 1.0,
             entries: Entries::Bits8,
-            tables: vec![Table { codewords: vec![300, 200], scales: vec![0, 1] }],
+            tables: vec![Table { codewords: vec![300, 200], scales: vec![0, 1], mean_shift: 0 }],
+            frame_words: vec![],
             training: TrainingRecord {
                 initial: "pca".to_owned(),
                 generator: "pcg64".to_owned(),
@@ -365,7 +332,7 @@ mod tests {
 
     #[test]
     fn what_contradicts_the_layout_is_refused() {
-        let wrong: [fn(&mut Parameters); 8] = [
+        let wrong: [fn(&mut Parameters); 10] = [
             |p| p.grid[0] = 5,
             |p| p.tables.clear(),
             |p| p.tables.push(p.tables[0].clone()),
@@ -374,6 +341,8 @@ mod tests {
             |p| p.tables[0].scales.truncate(1),
             |p| p.tables[0].scales[0] = 31,
             |p| p.entries = Entries::Colours,
+            |p| p.tables[0].mean_shift = 17,
+            |p| p.frame_words.push(7),
         ];
         for change in wrong {
             let mut parameters = parameters();

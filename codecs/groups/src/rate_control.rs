@@ -2,7 +2,14 @@
 
 use std::cmp::Ordering;
 
-use crate::encode::tuned::rate_control::{COUNTS, HALVINGS, NEAR, REACH};
+/// Number of halvings of a range of prices. Their logarithms are then known within 2 · ln 10⁷ / 2²⁸. Derived.
+const HALVINGS: usize = 28;
+/// Prices are searched within this factor of the expected one, up and down. Tested: any first guess within 10³.
+const REACH: f64 = 1e7;
+/// Bits or errors that miss the target by at most this fraction are accepted. Limit.
+const NEAR: f64 = 1e-5;
+/// Number of codebook counts that are tried one by one. Limit.
+const COUNTS: usize = 8;
 
 /// A bound on bits or on error. The other quantity is minimised.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -31,6 +38,7 @@ pub struct Settled {
     pub price: f64,
     /// The price next to it on the other side of the aim: blocks of which some only may keep what it buys.
     pub missed: f64,
+    /// What that comes to.
     pub sum: Sum,
 }
 
@@ -136,9 +144,8 @@ pub fn settle_all(aim: Aim, books: usize, about: f64, sum: impl Fn(f64) -> Sum) 
 
 #[cfg(test)]
 mod tests {
-    use cvr_groups::best;
-
     use super::*;
+    use crate::best;
 
     /// A few kinds of blocks: the first codebook alone gains little, the second much, the third nothing.
     fn sums(price: f64) -> Vec<Sum> {
