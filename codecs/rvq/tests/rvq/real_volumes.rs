@@ -68,6 +68,24 @@ fn spin_labelling() {
     reaches("pcasl", "8", (1.0, 51.215));
 }
 
+/// As many codes as pay, and escapes, at half a bit in all: 39.4 dB of `tvq` before it had escapes.
+#[test]
+fn chest_at_half_a_bit() {
+    let pairs = [("payload", "variable"), ("rate", "0.5"), ("beam", "1"), ("training_blocks", "32768")];
+    let Some((own, bits)) = measured("lidc_chest", &pairs) else { return };
+    println!("lidc_chest variable: {own:.3} dB, {bits:.3} bits of groups without heads and codebooks");
+    assert!(own >= 41.5 && bits < 0.5, "{own} dB at {bits}");
+}
+
+/// FAISS's codes of each colour take 2.4 bits for 57 dB; here nothing is lost.
+#[test]
+fn colours_without_loss() {
+    let pairs = [("payload", "variable"), ("rate", "2.4"), ("beam", "1")];
+    let Some((own, bits)) = measured("dti_rgb", &pairs) else { return };
+    println!("dti_rgb variable: {own:.3} dB, {bits:.3} bits of groups without heads and codebooks");
+    assert!(own == f64::INFINITY && bits < 2.4, "{own} dB at {bits}");
+}
+
 /// One codebook for blocks of three colours; FAISS codes each colour by itself, with as many bits.
 #[test]
 fn colours() {

@@ -10,7 +10,7 @@ use cvr_rvq::Rvq;
 
 const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 
-const KEPT: [Kept<2>; 2] = [
+const KEPT: [Kept<2>; 4] = [
     // 3 bits per code, so that codes lie in two words; cut blocks; entries of 16 bits; values that single precision rounds.
     Kept {
         name: "v1-f32-3-bits",
@@ -25,7 +25,57 @@ const KEPT: [Kept<2>; 2] = [
         crc32c: [0xae86_5165, 0x36bf_d8bc],
         made: || made(("2", "9", "auto"), SampleType::I16, 3, 2),
     },
+    // The payload variable: means, groups at the border, codes, escapes.
+    Kept {
+        name: "v1-f32-variable",
+        version: 1,
+        crc32c: [0x5600_d86b, 0x5600_d86b],
+        made: || variable(("3", "4", "16"), SampleType::F32, 1, 1),
+    },
+    // Colours, of which an escape has three parts.
+    Kept {
+        name: "v1-rgb-variable-per-frame",
+        version: 1,
+        crc32c: [0x6122_5884, 0xd41c_f2be],
+        made: || variable(("2", "4", "auto"), SampleType::I16, 3, 2),
+    },
 ];
+
+/// Blocks of a few patterns, which codebooks learn, some of noise, which they do not, and empty ones; cut by the border.
+fn variable(
+    (stages, codewords, entries): (&str, &str, &str),
+    sample: SampleType,
+    channels: u32,
+    frames: u32,
+) -> (Settings, FiniteVolume) {
+    let settings = cvr_codec_tests::settings(&[
+        ("payload", "variable"),
+        ("psnr", "38"),
+        ("stages", stages),
+        ("codewords", codewords),
+        ("entries", entries),
+        ("tables", "per-frame"),
+    ]);
+    let extent = Extent::new(30, 22, 18).unwrap();
+    let layout = VolumeLayout { channels, frames, ..VolumeLayout::scalar(extent, sample) };
+    let hash = |n: u32| n.wrapping_mul(0x9e37_79b9) >> 18;
+    let value = |i: u64| {
+        let p = extent.position((i / u64::from(channels) % extent.voxels()) as usize);
+        let block = p[0] / 4 + 8 * (p[1] / 4) + 48 * (p[2] / 4);
+        let place = (p[0] % 4 + 4 * (p[1] % 4) + 16 * (p[2] % 4)) * channels + i as u32 % channels;
+        (match hash(block + 1) % 16 {
+            0 => hash(i as u32),
+            1..=5 => 5000,
+            kind => hash(place + 640 * (kind % 3)) / 2 + hash(i as u32) / 64,
+        }) as i16
+    };
+    let values = (0..layout.samples()).map(value);
+    let samples = match sample {
+        SampleType::F32 => Samples::F32(values.map(|v| f32::from(v) * 0.123).collect()),
+        _ => Samples::I16(values.collect()),
+    };
+    (settings, FiniteVolume::new(DenseVolume::new(layout, samples).unwrap()))
+}
 
 fn made(
     (stages, codewords, entries): (&str, &str, &str),

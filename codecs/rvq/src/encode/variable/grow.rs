@@ -16,7 +16,7 @@ const FEWEST_BLOCKS: f64 = 6.0;
 /// And at most: further ones change little. Limit.
 const MOST_BLOCKS: usize = 256;
 /// Blocks of which an escape leaves less than this part, what its bits cost included, train no codebook.
-pub const DIRECT: f64 = 0.25;
+const DIRECT: f64 = 0.25;
 /// A codebook that does not pay is halved so often before the list ends.
 const HALVINGS: u32 = 1;
 
@@ -44,6 +44,8 @@ pub struct Wanted {
     pub entries: Entries,
     /// What coding a block directly is expected to come to.
     pub expected: Expected,
+    /// Whether blocks that are cheap to code directly train codebooks all the same.
+    pub all_train: bool,
 }
 
 impl Wanted {
@@ -51,6 +53,13 @@ impl Wanted {
     #[must_use]
     pub fn width(&self) -> u32 {
         cvr_codebook::index_bits(self.size)
+    }
+
+    /// Whether a block of which so much is left trains a codebook.
+    #[must_use]
+    pub fn trains(&self, error: f64) -> bool {
+        let direct = || self.expected.direct(error, self.price);
+        self.all_train || direct().is_none_or(|direct| direct.cost > DIRECT * error)
     }
 
     /// Bits of a codeword.
@@ -135,13 +144,7 @@ pub fn grow(
     let (mut size, mut halvings) = (wanted.size, 0);
     while (stages.len() as u32) < wanted.stages {
         let open: Vec<usize> = (0..count).filter(|i| errors[*i] > OPEN * code_price).collect();
-        let teaches = |i: &&usize| {
-            (!held_out || **i % 3 != 2)
-                && wanted
-                    .expected
-                    .direct(errors[**i], wanted.price)
-                    .is_none_or(|d| d.cost > DIRECT * errors[**i])
-        };
+        let teaches = |i: &&usize| (!held_out || **i % 3 != 2) && wanted.trains(errors[**i]);
         let taught: Vec<usize> = open.iter().filter(teaches).copied().collect();
         let every = taught.len().div_ceil(MOST_BLOCKS * size).max(1);
         let taught: Vec<usize> = taught.into_iter().step_by(every).collect();

@@ -24,7 +24,7 @@ use super::{RvqEncoder, refine, to_sums};
 use crate::settings::{Options, Target};
 use crate::stream::{Entries, block};
 use coding::{Blocks, Coding, Frame};
-use grow::{DIRECT, Sample, Wanted, energy, grow, kept_codes, residuals, zero};
+use grow::{Sample, Wanted, energy, grow, kept_codes, residuals, zero};
 use means::Means;
 use search::{Point, Trials, few};
 use write::{Written, write};
@@ -205,6 +205,7 @@ fn wanted(work: &Work<'_>) -> Wanted {
         means: Means { channels: work.layout.channels as usize, shift: 0 },
         entries: work.entries,
         expected: work.expected(),
+        all_train: false,
     }
 }
 
@@ -243,7 +244,7 @@ fn first_point(work: &Work<'_>, samples: &[Sample], span: f64) -> Result<Point, 
 fn attempt(work: &Work<'_>, samples: &[Sample], point: Point, floor: f64) -> Result<Attempt, EncodeError> {
     let size = work.options.codewords.map_or(1_usize << point.width, |size| size as usize);
     let means = Means::fine_enough(work.layout.channels as usize, point.error);
-    let wanted = Wanted { size, price: point.price(), means, ..wanted(work) };
+    let wanted = Wanted { size, price: point.price(), means, all_train: point.all_train, ..wanted(work) };
     let width = wanted.width();
     let frames = work.options.training.served(work.layout.frames);
     let mut tables = Vec::new();
@@ -295,7 +296,7 @@ fn refined(
     // Blocks that are better coded directly train nothing.
     let mut taught = Vectors::new(left.dimension());
     for (i, (_, error)) in codes_that_pay(&vectors, stages, beam, code_price).iter().enumerate() {
-        if wanted.expected.direct(*error, wanted.price).is_none_or(|d| d.cost > DIRECT * error) {
+        if wanted.trains(*error) {
             taught.push(vectors.vector(i), vectors.weight(i));
         }
     }

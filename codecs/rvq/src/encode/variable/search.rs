@@ -28,11 +28,13 @@ const ABOUT: f64 = 1.02;
 /// The largest change of a price in one step, as a logarithm of the error.
 const FARTHEST: f64 = 1.5;
 
-/// The root mean square error of a sample, in units of sums, and bits of a code.
+/// The root mean square error of a sample, in units of sums, bits of a code, and which blocks train.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Point {
     pub error: f64,
     pub width: u32,
+    /// Whether blocks that are cheap to code directly train codebooks all the same.
+    pub all_train: bool,
 }
 
 impl Point {
@@ -85,7 +87,7 @@ impl Trials<'_> {
     pub fn at(&self, point: Point) -> Wanted {
         let means = Means::fine_enough(self.wanted.means.channels, point.error);
         let size = self.size.unwrap_or(1 << point.width);
-        Wanted { size, price: point.price(), means, ..self.wanted }
+        Wanted { size, price: point.price(), means, all_train: point.all_train, ..self.wanted }
     }
 
     fn trial(&self, point: Point) -> Result<Sum, Cancelled> {
@@ -136,7 +138,7 @@ impl Trials<'_> {
     pub fn search(&self, begin: f64) -> Result<Point, Cancelled> {
         let (found, sum) = self.of_width(self.first(begin), TRIALS)?;
         let best = self.best_width(found, sum)?;
-        if best.width == found.width { Ok(found) } else { Ok(self.of_width(best, 2)?.0) }
+        if best == found { Ok(found) } else { Ok(self.of_width(best, 2)?.0) }
     }
 
     /// The point of an error with the best width.
@@ -149,7 +151,7 @@ impl Trials<'_> {
     }
 
     fn first(&self, error: f64) -> Point {
-        Point { error, width: self.size.map_or(WIDTHS[0], cvr_codebook::index_bits) }
+        Point { error, width: self.size.map_or(WIDTHS[0], cvr_codebook::index_bits), all_train: false }
     }
 
     /// The width that costs the least at a point's price: from the point's own on, wider codes first. Of about equally good ones the
@@ -176,6 +178,9 @@ impl Trials<'_> {
         }
         let best = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
         let good = tried.into_iter().filter(|t| t.1 <= best * ABOUT).map(|t| t.0);
-        Ok(Point { width: good.max().unwrap_or(point.width), ..point })
+        let found = Point { width: good.max().unwrap_or(point.width), ..point };
+        // Blocks of much energy that repeat are coded well by codebooks, which no rule tells from others.
+        let all_train = Point { all_train: true, ..found };
+        Ok(if cost(self.trial(all_train)?) * ABOUT < best { all_train } else { found })
     }
 }
