@@ -55,7 +55,7 @@ fn every_configuration_resolves() {
         ("ring", 18, 0),
         ("rvq-codebooks", 8, 0),
         ("rvq-paper", 8, 0),
-        ("rvq-speed", 15, 0),
+        ("rvq-speed", 21, 0),
         ("rvq-training", 8, 0),
         ("s3dc-table1", 42, 0),
         ("skipping", 96, 0),

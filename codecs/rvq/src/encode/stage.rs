@@ -51,7 +51,7 @@ impl Stage {
         };
         let own = if first { size } else { size - 1 };
         if own == 0 {
-            return Ok(Self::of(&vec![0.0; vectors.dimension()], vectors.dimension(), entries));
+            return Ok(Self::zero(vectors.dimension(), entries));
         }
         let training = Training {
             size: own,
@@ -70,6 +70,12 @@ impl Stage {
         let others = words.filter(|word| first || word.iter().any(|v| *v != 0.0)).flatten();
         let values: Vec<f64> = zero.chain(others.map(|v| f64::from(*v))).collect();
         Ok(Self::of(&values, codebook.dimension(), entries))
+    }
+
+    /// The zero vector alone.
+    #[must_use]
+    pub fn zero(dimension: usize, entries: Entries) -> Self {
+        Self::of(&vec![0.0; dimension], dimension, entries)
     }
 
     /// The codewords nearest to `values` (one after the other) that a stream can hold.

@@ -205,9 +205,3 @@ pub fn kept_codes(paths: &[(f64, Vec<u16>)], stages: usize, code_price: f64) -> 
     let codes = paths[best].1.iter().map(|code| u32::from(*code));
     (codes.chain(std::iter::repeat(0)).take(stages).collect(), paths[best].0)
 }
-
-/// The stage with the zero vector alone, of which a stream has one where nothing pays.
-#[must_use]
-pub fn zero(dimension: usize, entries: Entries) -> Stage {
-    Stage::of(&vec![0.0; dimension], dimension, entries)
-}

@@ -24,7 +24,7 @@ use super::{RvqEncoder, refine, to_sums};
 use crate::settings::{Options, Target};
 use crate::stream::{Entries, block};
 use coding::{Blocks, Coding, Frame};
-use grow::{Sample, Wanted, energy, grow, kept_codes, residuals, zero};
+use grow::{Sample, Wanted, energy, grow, kept_codes, residuals};
 use means::Means;
 use search::{Point, Trials, few};
 use write::{Written, write};
@@ -252,7 +252,7 @@ fn attempt(work: &Work<'_>, samples: &[Sample], point: Point, floor: f64) -> Res
         let mut stages = grow(sample, &wanted, &work.options.training, false, work.run)?.stages;
         let rounds = refined(work, sample, &wanted, &mut stages)?;
         if stages.is_empty() {
-            stages.push(zero(sample.vectors.dimension(), work.entries));
+            stages.push(Stage::zero(sample.vectors.dimension(), work.entries));
         }
         let coding = work.coding(&stages, means, width, floor * point.price() * work.unit().powi(2));
         let coded = frames.map(|frame| coding.code(work.source, &work.grid, FrameIndex(frame), work.run));
@@ -264,7 +264,7 @@ fn attempt(work: &Work<'_>, samples: &[Sample], point: Point, floor: f64) -> Res
     let most = tables.iter().map(|t| t.stages.len()).max().unwrap_or(1);
     for table in &mut tables {
         let dimension = table.stages[0].codebook.dimension();
-        table.stages.resize_with(most, || zero(dimension, work.entries));
+        table.stages.resize_with(most, || Stage::zero(dimension, work.entries));
     }
     let plan = work.plan(&tables);
     let about = if work.bound.is_some() { 1e-3 } else { 1.0 } * point.price() * work.unit().powi(2);
