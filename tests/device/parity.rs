@@ -44,7 +44,7 @@ fn every_codec_setting_and_sample_type_on_odd_volumes() {
     let volumes = SampleType::ALL.map(|sample| (format!("noise {sample}"), noise(ODD, sample)));
     for codec in registry::codecs().unwrap().iter() {
         // Sample types side by side, since they mostly share a shader.
-        for settings in sweep(codec.info(), 0) {
+        for settings in sweep(codec.as_ref(), 0) {
             for (name, volume) in &volumes {
                 check(device, codec.as_ref(), &settings, volume, name);
             }
@@ -66,7 +66,7 @@ fn every_codec_on_generated_volumes_of_64_cubed() {
         })
         .collect();
     for codec in registry::codecs().unwrap().iter() {
-        for (i, settings) in sweep(codec.info(), 1).iter().enumerate() {
+        for (i, settings) in sweep(codec.as_ref(), 1).iter().enumerate() {
             let (name, volume) = &volumes[i % volumes.len()];
             check(device, codec.as_ref(), settings, volume, name);
         }

@@ -243,7 +243,7 @@ fn every_voxel_that_comes_through_the_ring_is_what_the_cpu_decodes() {
     let mut samples = SampleType::ALL.into_iter().cycle();
     for codec in registry::codecs().unwrap().iter().filter(|codec| codec.info().offers(Site::Ring)) {
         let id = codec.info().id;
-        for settings in sweep(codec.info(), 0) {
+        for settings in sweep(codec.as_ref(), 0) {
             let sample = samples.next().unwrap();
             let decoder = encoded(codec.as_ref(), &settings, &noise(ODD, sample));
             let (decoder, cpu) = (decoder.as_ref(), decoded(decoder.as_ref()));

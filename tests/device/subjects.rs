@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cvr::registry;
 use cvr_core::codec::{
-    Codec, CodecInfo, Decoder, SettingKind, SettingValue, Settings, decode_frame, encode_temporary,
+    Codec, ConfigError, Decoder, SettingKind, SettingValue, Settings, decode_frame, encode_temporary,
 };
 use cvr_core::volume::{
     DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, SampleType, Samples, VolumeLayout,
@@ -100,17 +100,30 @@ fn values(kind: &SettingKind) -> Vec<SettingValue> {
     }
 }
 
-/// Settings in which every value of every setting occurs. From one to the next, each setting advances by one, so
-/// settings with different numbers of values meet in new pairs. `turn` is the start.
-pub fn sweep(info: &CodecInfo, turn: usize) -> Vec<Settings> {
-    let all = info.settings.iter().map(|s| (s.name, values(&s.kind)));
+/// Settings in which every value of every setting occurs, but for contradictions. From one to the next, each setting advances by
+/// one, so settings with different numbers of values meet in new pairs. `turn` is the start.
+pub fn sweep(codec: &dyn Codec, turn: usize) -> Vec<Settings> {
+    let all = codec.info().settings.iter().map(|s| (s.name, values(&s.kind)));
     let all: Vec<_> = all.filter(|(_, values)| !values.is_empty()).collect();
     let count = all.iter().map(|(_, values)| values.len()).max().unwrap_or(1);
     let nth = |n: usize| {
         let pick = |(name, values): &(&str, Vec<SettingValue>)| {
             ((*name).to_owned(), values[(n + turn * count) % values.len()].clone())
         };
-        all.iter().map(pick).collect()
+        without_contradiction(codec, all.iter().map(pick).collect())
     };
     (0..count).map(nth).collect()
+}
+
+/// Settings that a codec accepts: the last number that a contradiction depends on has its default instead, and so on.
+fn without_contradiction(codec: &dyn Codec, mut settings: Settings) -> Settings {
+    let info = codec.info();
+    let numbers = info.settings.iter().rev().filter(|s| matches!(s.kind, SettingKind::Float { .. }));
+    for setting in numbers {
+        if !matches!(codec.encoder(&info.complete(&settings).unwrap()), Err(ConfigError::Contradiction(_))) {
+            break;
+        }
+        settings.set(setting.name, info.default_settings().get(setting.name).unwrap().clone());
+    }
+    settings
 }

@@ -55,6 +55,37 @@ fn groups_ones(plane: vec2<u32>) -> u32 {
     return countOneBits(plane.x) + countOneBits(plane.y);
 }
 
+// What plane j of some numbers adds at a place: to the numbers before it, and to its own. Planes have one or two words each.
+fn groups_digit(first: u32, words: u32, place: u32, j: u32) -> vec2<u32> {
+    let plane = groups_plane(first + j * words, words);
+    return vec2<u32>(groups_below(plane, place), groups_bit(plane, place)) << vec2<u32>(j);
+}
+
+// Numbers that lie in planes, at most 6: the sum of those before a place, and its own. Without a loop: software rasterisers end
+// the loops of a shader after a number of rounds.
+fn groups_digits(first: u32, words: u32, place: u32, planes: u32) -> vec2<u32> {
+    var all = vec2<u32>(0u);
+    if planes > 0u {
+        all = groups_digit(first, words, place, 0u);
+    }
+    if planes > 1u {
+        all += groups_digit(first, words, place, 1u);
+    }
+    if planes > 2u {
+        all += groups_digit(first, words, place, 2u);
+    }
+    if planes > 3u {
+        all += groups_digit(first, words, place, 3u);
+    }
+    if planes > 4u {
+        all += groups_digit(first, words, place, 4u);
+    }
+    if planes > 5u {
+        all += groups_digit(first, words, place, 5u);
+    }
+    return all;
+}
+
 // Words of the planes of escapes, the first word of a record's escape, and bits of a voxel there. The planes begin at a word
 // and have one or two each; escapes end at another word.
 fn groups_escape(form: u32, first: u32, words: u32, place: u32, end: u32) -> vec3<u32> {
@@ -67,14 +98,9 @@ fn groups_escape(form: u32, first: u32, words: u32, place: u32, end: u32) -> vec
         return vec3<u32>(all_words, 0u, 0u);
     }
     let nth = groups_below(escaped, place);
-    var bits = least;
-    var all = (nth + 1u) * least;
-    for (var j = 0u; j < planes; j++) {
-        let plane = groups_plane(first + words + j * narrow, narrow);
-        let own = groups_bit(plane, nth);
-        bits += own << j;
-        all += (groups_below(plane, nth) + own) << j;
-    }
+    let beyond = groups_digits(first + words, narrow, nth, planes);
+    let bits = least + beyond.y;
+    let all = nth * least + beyond.x + bits;
     return vec3<u32>(all_words, end - groups_parts * (nth + 1u + 2u * all), bits);
 }
 
@@ -102,21 +128,15 @@ fn groups_block(head: u32, n: u32, blocks: u32, code_bits: u32) -> groups_Block 
         start += 2u;
     }
     let words = select(1u, 2u, records > 32u);
-    var before = 0u;
-    var count = 0u;
-    for (var j = 0u; j < planes; j++) {
-        let plane = groups_plane(start, words);
-        before += groups_below(plane, place) << j;
-        count += groups_bit(plane, place) << j;
-        start += words;
-    }
+    let codes = groups_digits(start, words, place, planes);
+    start += planes * words;
     var rest = vec3<u32>(0u);
     if form >= 0x20000000u {
         rest = groups_escape(form, start, words, place, end);
         start += rest.x;
     }
     let mean = base + groups_number(start, place * mean_bits, mean_bits);
-    return groups_Block(mean, count, start, records * mean_bits + before * code_bits, rest.y, rest.z);
+    return groups_Block(mean, codes.y, start, records * mean_bits + codes.x * code_bits, rest.y, rest.z);
 }
 
 // What a part of an escape adds at a place, in units of sums: the part begins at a word, and has so many bits of a voxel.

@@ -72,9 +72,11 @@ fn rvq_rest(codes: rvq_Codes, inside: vec3<u32>) -> vec3<i32> {
     if codes.rest_bits == 0u || rvq_shown() < rvq_all_stages {
         return vec3<i32>(0);
     }
-    var all = vec3<i32>(0);
-    for (var c = 0u; c < rvq_parts; c++) {
-        all[c] = rvq_part(codes.rest + c * (1u + 2u * codes.rest_bits), codes.rest_bits, inside);
+    let size = 1u + 2u * codes.rest_bits;
+    let first = rvq_part(codes.rest, codes.rest_bits, inside);
+    if rvq_parts == 1u {
+        return vec3<i32>(first, 0, 0);
     }
-    return all;
+    let second = rvq_part(codes.rest + size, codes.rest_bits, inside);
+    return vec3<i32>(first, second, rvq_part(codes.rest + 2u * size, codes.rest_bits, inside));
 }
