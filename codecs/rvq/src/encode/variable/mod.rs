@@ -32,7 +32,7 @@ use write::{Written, write};
 /// The container's header is a multiple of this many bytes. Given by the container's format.
 const HEADER_BYTES: f64 = 2048.0;
 /// Used bytes of the header: at least, per frame, and per table, as in typical headers.
-const HEADER_USED: [f64; 3] = [1800.0, 12.0, 170.0];
+const HEADER_USED: [f64; 3] = [1500.0, 9.0, 170.0];
 /// Root mean square error over max − min that the search begins with: 38 dB. It affects the search's length, not its end.
 const BEGIN: f64 = 0.0126;
 /// Codebooks are made anew if the logarithm of the error at which a bit pays lies outside of this, at most so often. Those made for
@@ -41,8 +41,11 @@ const OFF: [f64; 2] = [-0.7, 0.35];
 /// Blocks of joint training, at most. Limit.
 const JOINT_BLOCKS: usize = 49152;
 const TRIES: usize = 3;
-/// Escapes are sought that may pay at this part of the price that is expected; at this part of it the next time. Limit.
-const FLOOR: f64 = 0.5;
+/// Escapes are sought, and blocks followed, that may pay at this part of the price that is expected; if that turns out to be too
+/// dear, at the next. Limit.
+const FLOORS: [f64; 4] = [0.5, 0.1, 0.01, 0.0];
+/// The largest change of the logarithm of the error from one attempt to the next.
+const FARTHEST: f64 = 1.0;
 
 /// Everything that all steps need.
 struct Work<'a> {
@@ -134,6 +137,9 @@ pub fn encode(
     drop(plan);
     for table in &mut tables {
         table.stages.truncate(settled.books.max(1));
+        if settled.books == 0 {
+            table.stages = vec![Stage::zero(table.stages[0].codebook.dimension(), entries)];
+        }
     }
     let report = write(encoder, &work, Written { tables, kept, width }, out)?;
     if let Some(bound) = bound.filter(|bound| report.error_bound.is_some_and(|error| error > *bound)) {
@@ -174,24 +180,19 @@ fn best_attempt(work: &Work<'_>, span: f64) -> Result<Attempt, EncodeError> {
     }
     let mut point = first_point(work, &samples, span)?;
     let mut found: Option<Attempt> = None;
-    let mut floor = FLOOR;
     for _ in 0..TRIES {
-        let attempt = attempt(work, &samples, point, floor)?;
+        let attempt = attempt(work, &samples, point)?;
         let (sum, price) = (attempt.settled.sum, attempt.settled.price / work.unit().powi(2));
         let better = found.as_ref().is_none_or(|best| work.aim.order(sum, best.settled.sum).is_lt());
         if better {
             found = Some(attempt);
         }
-        let next = point.of_price(price.clamp(1e-4, 1e10));
-        let off = (next.error / point.error).ln();
+        let off = (point.of_price(price.max(1e-9)).error / point.error).ln();
         // With a bound the price follows from it, and codes keep it at any price.
         if work.bound.is_some() || (OFF[0]..OFF[1]).contains(&off) {
             break;
         }
-        if price < floor * point.price() {
-            floor *= FLOOR;
-        }
-        point = next;
+        point.error = (point.error * off.clamp(-FARTHEST, FARTHEST).exp()).max(0.05);
     }
     found.ok_or_else(|| EncodeError::Unsupported("no blocks".to_owned()))
 }
@@ -241,36 +242,38 @@ fn first_point(work: &Work<'_>, samples: &[Sample], span: f64) -> Result<Point, 
 }
 
 /// Codebooks made for a point, all blocks coded with them, and the price that meets the aim.
-fn attempt(work: &Work<'_>, samples: &[Sample], point: Point, floor: f64) -> Result<Attempt, EncodeError> {
+fn attempt(work: &Work<'_>, samples: &[Sample], point: Point) -> Result<Attempt, EncodeError> {
     let size = work.options.codewords.map_or(1_usize << point.width, |size| size as usize);
     let means = Means::fine_enough(work.layout.channels as usize, point.error);
     let wanted = Wanted { size, price: point.price(), means, all_train: point.all_train, ..wanted(work) };
-    let width = wanted.width();
-    let frames = work.options.training.served(work.layout.frames);
     let mut tables = Vec::new();
-    for (sample, frames) in samples.iter().zip(frames) {
+    for sample in samples {
         let mut stages = grow(sample, &wanted, &work.options.training, false, work.run)?.stages;
         let rounds = refined(work, sample, &wanted, &mut stages)?;
-        if stages.is_empty() {
-            stages.push(Stage::zero(sample.vectors.dimension(), work.entries));
-        }
-        let coding = work.coding(&stages, means, width, floor * point.price() * work.unit().powi(2));
-        let coded = frames.map(|frame| coding.code(work.source, &work.grid, FrameIndex(frame), work.run));
-        let frames = coded.collect::<Result<Vec<_>, _>>()?;
-        drop(coding);
-        tables.push(Coded { stages, means, frames, blocks: sample.vectors.len() as u64, rounds });
+        tables.push(Coded { stages, means, frames: Vec::new(), blocks: sample.vectors.len() as u64, rounds });
     }
     // Tables of a stream have one number of codebooks.
-    let most = tables.iter().map(|t| t.stages.len()).max().unwrap_or(1);
+    let most = tables.iter().map(|t| t.stages.len()).max().unwrap_or(0).max(1);
+    let dimension = samples[0].vectors.dimension();
     for table in &mut tables {
-        let dimension = table.stages[0].codebook.dimension();
         table.stages.resize_with(most, || Stage::zero(dimension, work.entries));
     }
-    let plan = work.plan(&tables);
-    let about = if work.bound.is_some() { 1e-3 } else { 1.0 } * point.price() * work.unit().powi(2);
-    let settled = settle(work.aim, about, |price| plan.sums(price));
-    drop(plan);
-    Ok(Attempt { tables, settled, width })
+    let about = point.price() * work.unit().powi(2);
+    let mut floor = FLOORS[0];
+    for lower in FLOORS {
+        floor = lower;
+        work.code(&mut tables, wanted.width(), floor * about)?;
+        // With a bound any price is met, and the lowest number of bits is wanted.
+        let about = if work.bound.is_some() { 1e-3 } else { 1.0 } * about;
+        let plan = work.plan(&tables);
+        let settled = settle(work.aim, about, |price| plan.sums(price));
+        drop(plan);
+        // At a lower price more escapes may pay, and the price is then higher than what was found without them.
+        if work.bound.is_some() || settled.price >= floor * about || floor == 0.0 {
+            return Ok(Attempt { tables, settled, width: wanted.width() });
+        }
+    }
+    Err(EncodeError::Unsupported(format!("no price of a bit from {floor} of {about} on")))
 }
 
 /// Joint training of all codebooks on the blocks that codes suffice for, with the codes that pay; the rounds that gained.
@@ -334,6 +337,18 @@ fn codes_that_pay(vectors: &Vectors, stages: &[Stage], beam: usize, code_price: 
 }
 
 impl Work<'_> {
+    /// Codes all blocks with the codebooks of their tables.
+    fn code(&self, tables: &mut [Coded], width: u32, price: f64) -> Result<(), EncodeError> {
+        for (table, frames) in tables.iter_mut().zip(self.options.training.served(self.layout.frames)) {
+            let coding = self.coding(&table.stages, table.means, width, price);
+            let coded = frames.map(|frame| coding.code(self.source, &self.grid, FrameIndex(frame), self.run));
+            let coded = coded.collect::<Result<Vec<_>, _>>()?;
+            drop(coding);
+            table.frames = coded;
+        }
+        Ok(())
+    }
+
     fn coding<'s>(&self, stages: &'s [Stage], means: Means, width: u32, price: f64) -> Coding<'s> {
         Coding {
             coder: Coder::new(stages, self.options.beam),
@@ -362,10 +377,10 @@ impl Work<'_> {
         let planes = tables.iter().enumerate().flat_map(of_table);
         let most = tables.iter().map(|t| t.stages.len()).max().unwrap_or(0);
         let codeword_bits = wanted(self).codeword_bits();
-        // Codebooks of a stream lie as far apart as the largest needs.
+        // Codebooks of a stream lie as far apart as the largest needs. One of the zero vector stands for none.
         let largest = |m: usize| {
-            let sizes = tables.iter().flat_map(|t| t.stages.iter().take(m.max(1)));
-            sizes.map(|stage| stage.codebook.size()).max().unwrap_or(0)
+            let sizes = tables.iter().flat_map(|t| t.stages.iter().take(m));
+            sizes.map(|stage| stage.codebook.size()).max().unwrap_or(1)
         };
         let codewords = |m: usize| (largest(m) * m.max(1) * tables.len()) as f64;
         let fixed = (0..=most).map(|m| self.fixed_bits(codewords(m), codeword_bits)).collect();
