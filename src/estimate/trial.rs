@@ -38,7 +38,7 @@ pub struct Trial {
 /// A picture of a trial: number of samples, and frame time in milliseconds.
 pub(super) type Drawn = (f64, f64);
 
-/// Frame time in milliseconds: `fixed_ms + ms_per_sample × samples`. [`samples`] counts the samples.
+/// Frame time in milliseconds: `fixed_ms + ms_per_sample × samples`. `samples` counts the samples.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Frames {
     /// Time of a picture without samples.

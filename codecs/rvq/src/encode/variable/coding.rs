@@ -236,9 +236,9 @@ impl Coding<'_> {
         }
         // With a bound bits alone count: the fewest behind the mean alone, and behind each number of codes that do not keep it.
         let mut least = u32::MAX;
-        for count in 0..errors.len() {
+        for (count, error) in errors.iter().enumerate() {
             let bits_of_codes = self.width * count as u32;
-            if errors[count].is_finite() || bits_of_codes >= least {
+            if error.is_finite() || bits_of_codes >= least {
                 break;
             }
             let escape = behind(count);
