@@ -36,7 +36,7 @@ pub struct Settled {
     pub books: usize,
     /// Squared error per bit.
     pub price: f64,
-    /// The price next to it on the other side of the aim: blocks of which some only may keep what it buys.
+    /// The next price, at which the aim is missed. Some groups may keep what it buys, as long as the aim is met.
     pub missed: f64,
     /// What that comes to.
     pub sum: Sum,

@@ -32,7 +32,7 @@ pub struct Block {
     pub rest_bits: u32,
 }
 
-/// Bits set below place `n` of 64, of which there may be the lower 32 alone.
+/// Number of set bits below place `n` of two words. A plane of one word has 0 as its second.
 #[inline]
 const fn below(low: u32, high: u32, n: u32) -> u32 {
     if n < 32 {

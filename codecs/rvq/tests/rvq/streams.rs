@@ -32,7 +32,7 @@ const KEPT: [Kept<2>; 4] = [
         crc32c: [0x5600_d86b, 0x5600_d86b],
         made: || variable(("3", "4", "16"), SampleType::F32, 1, 1),
     },
-    // Colours, of which an escape has three parts.
+    // Colours: an escape has three parts.
     Kept {
         name: "v1-rgb-variable-per-frame",
         version: 1,

@@ -15,7 +15,8 @@ const OPEN: f64 = 1.5;
 const FEWEST_BLOCKS: f64 = 6.0;
 /// And at most: further ones change little. Limit.
 const MOST_BLOCKS: usize = 256;
-/// Blocks of which an escape leaves less than this part, what its bits cost included, train no codebook.
+/// An escape of a block has a cost: its error and the price of its bits. A block trains no codebook if this cost is below this part
+/// of the block's error.
 const DIRECT: f64 = 0.25;
 /// A codebook that does not pay is halved so often before the list ends.
 const HALVINGS: u32 = 1;
@@ -55,7 +56,7 @@ impl Wanted {
         cvr_codebook::index_bits(self.size)
     }
 
-    /// Whether a block of which so much is left trains a codebook.
+    /// Whether a block trains a codebook. `error` is what the codes so far leave of it.
     #[must_use]
     pub fn trains(&self, error: f64) -> bool {
         let direct = || self.expected.direct(error, self.price);

@@ -317,7 +317,7 @@ fn refined(
 fn codes_that_pay(vectors: &Vectors, stages: &[Stage], beam: usize, code_price: f64) -> Vec<(Vec<u32>, f64)> {
     let coder = Coder::new(stages, beam);
     let dimension = vectors.dimension();
-    // Values count from means, of which this search need not know: values near the ends of the range are no great part.
+    // Values count from the means here. The search therefore clamps few of them where the decoder would: at the ends of the range.
     let about = About::WHOLE;
     let of_part = |rows: &[f32]| {
         let mut paths: Vec<Vec<(f64, Vec<u16>)>> =
