@@ -1,0 +1,3 @@
+//! Wavelets of whole volumes.
+pub mod coders;
+pub mod stream;

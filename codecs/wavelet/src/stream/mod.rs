@@ -1,0 +1,3 @@
+//! What a stream consists of.
+
+pub mod pyramid;
