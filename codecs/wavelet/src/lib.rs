@@ -1,3 +1,4 @@
 //! Wavelets of whole volumes.
 pub mod coders;
 pub mod stream;
+pub mod transform;
