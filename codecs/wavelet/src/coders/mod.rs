@@ -1,5 +1,13 @@
 //! Entropy coders: quantised coefficients as bytes, and back.
 
+pub mod bands;
+pub mod deflate;
+pub mod fault;
+pub mod order;
+pub mod region;
+pub mod runs;
+pub mod symbols;
+
 use cvr_core::codec::DecodeError;
 
 use crate::stream::pyramid::Pyramid;
