@@ -53,6 +53,9 @@ impl<'a, C: Cursor> Region<'a, C> {
     }
 
     /// Writes a run of zeros.
+    ///
+    /// # Errors
+    /// The region has no room for it.
     #[inline]
     pub fn zeros(&mut self, zeros: usize) -> Result<(), Fault> {
         self.left =
@@ -65,6 +68,9 @@ impl<'a, C: Cursor> Region<'a, C> {
     }
 
     /// Writes a value.
+    ///
+    /// # Errors
+    /// The region has no room for it.
     #[inline]
     pub fn value(&mut self, value: i32) -> Result<(), Fault> {
         let place = self.out.get_mut(self.cursor.offset()).filter(|_| self.left > 0);
@@ -73,6 +79,9 @@ impl<'a, C: Cursor> Region<'a, C> {
     }
 
     /// Checks that the region is complete.
+    ///
+    /// # Errors
+    /// It is not.
     pub fn finish(self) -> Result<(), Fault> {
         if self.left == 0 { Ok(()) } else { Err(Fault("bytes end before their region")) }
     }
