@@ -5,6 +5,7 @@ pub mod bands;
 pub mod bits;
 pub mod counts;
 pub mod deflate;
+pub mod family;
 pub mod fault;
 pub mod order;
 pub mod range;
@@ -13,6 +14,10 @@ pub mod runs;
 pub mod symbols;
 pub mod values;
 pub mod words;
+pub mod zerotree;
+
+#[cfg(test)]
+mod tests;
 
 use cvr_core::codec::DecodeError;
 
