@@ -1,5 +1,24 @@
 //! Entropy coders: quantised coefficients as bytes, and back.
 
+pub mod arithmetic;
+pub mod bands;
+pub mod bits;
+pub mod counts;
+pub mod deflate;
+pub mod family;
+pub mod fault;
+pub mod order;
+pub mod range;
+pub mod region;
+pub mod runs;
+pub mod symbols;
+pub mod values;
+pub mod words;
+pub mod zerotree;
+
+#[cfg(test)]
+mod tests;
+
 use cvr_core::codec::DecodeError;
 
 use crate::stream::pyramid::Pyramid;
