@@ -59,17 +59,17 @@ pub fn decode_band(
     }
 }
 
-/// Checks the arguments of [`Coder::decode`], and splits `out` into its bands.
+/// Checks the arguments of [`Coder::decode`].
 ///
 /// # Errors
 /// The pyramid has other chunks, fewer levels, or other coefficients.
-pub fn split<'a>(
+pub fn check(
     coder: &impl Coder,
     pyramid: &Pyramid,
     levels: usize,
     chunks: &[&[u8]],
-    mut out: &'a mut [i32],
-) -> Result<Vec<&'a mut [i32]>, DecodeError> {
+    out: &[i32],
+) -> Result<(), DecodeError> {
     let expected = coder.chunks(pyramid);
     if chunks.len() != expected {
         return Err(DecodeError::Corrupt(format!("{} chunks of {expected}", chunks.len())));
@@ -77,17 +77,30 @@ pub fn split<'a>(
     if levels > pyramid.levels() {
         return Err(DecodeError::Corrupt(format!("level {levels} of {}", pyramid.levels())));
     }
-    pyramid
-        .coarsest(levels)
-        .iter()
-        .map(|band| {
-            let (head, tail) = std::mem::take(&mut out)
-                .split_at_mut_checked(band.len())
-                .ok_or(Fault("there is no room for the coefficients"))?;
-            out = tail;
-            Ok(head)
-        })
-        .collect()
+    if out.len() != pyramid.coefficients(levels) {
+        return Err(Fault("there is not as much room as there are coefficients").into());
+    }
+    Ok(())
+}
+
+/// [`check`], and `out` split into its bands.
+///
+/// # Errors
+/// Those of [`check`].
+pub fn split<'a>(
+    coder: &impl Coder,
+    pyramid: &Pyramid,
+    levels: usize,
+    chunks: &[&[u8]],
+    mut out: &'a mut [i32],
+) -> Result<Vec<&'a mut [i32]>, DecodeError> {
+    check(coder, pyramid, levels, chunks, out)?;
+    let own = |band: &Band| {
+        let (head, tail) = std::mem::take(&mut out).split_at_mut(band.len());
+        out = tail;
+        head
+    };
+    Ok(pyramid.coarsest(levels).iter().map(own).collect())
 }
 
 /// Names a band in an error.

@@ -3,6 +3,7 @@
 pub mod arithmetic;
 pub mod bands;
 pub mod bits;
+pub mod contexts;
 pub mod counts;
 pub mod deflate;
 pub mod family;

@@ -2,10 +2,14 @@
 
 use proptest::prelude::*;
 
-use super::{Coder, arithmetic::Arithmetic, deflate::Deflate, order::Order, runs::Runs, zerotree::Zerotree};
+use super::{
+    Coder, arithmetic::Arithmetic, contexts::Contexts, deflate::Deflate, order::Order, runs::Runs,
+    zerotree::Zerotree,
+};
 use crate::stream::pyramid::Pyramid;
 
-const CODERS: [(&str, &dyn Coder); 6] = [
+const CODERS: [(&str, &dyn Coder); 7] = [
+    ("contexts", &Contexts),
     ("runs, lines", &Runs { order: Order::Lines }),
     ("runs, octree", &Runs { order: Order::Octree }),
     ("deflate, lines", &Deflate { order: Order::Lines }),
@@ -156,13 +160,14 @@ fn arguments_are_checked() {
 fn finer_chunks_are_not_read() {
     let pyramid = Pyramid::new([16, 16, 16], 2, false);
     let coefficients = coefficients(&pyramid, 2, 3);
-    for (name, coder) in CODERS {
+    // Contexts write so small a volume as one chunk.
+    for (name, coder) in &CODERS[1..] {
         let mut chunks = coder.encode(&pyramid, &coefficients);
         let finest = chunks.len() - 7;
         chunks[finest..].iter_mut().for_each(|chunk| *chunk = vec![0x80; 9]);
-        assert!(decoded(coder, &pyramid, 2, &chunks).is_err(), "{name}");
+        assert!(decoded(*coder, &pyramid, 2, &chunks).is_err(), "{name}");
         let levels = usize::from(chunks.len() > 8);
-        let out = decoded(coder, &pyramid, levels, &chunks).expect(name);
+        let out = decoded(*coder, &pyramid, levels, &chunks).expect(name);
         assert!(out == coefficients[..pyramid.coefficients(levels)], "{name}");
     }
 }

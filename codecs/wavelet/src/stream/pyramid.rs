@@ -85,6 +85,12 @@ impl Pyramid {
         &self.bands
     }
 
+    /// Place of a band in [`Pyramid::bands`].
+    #[must_use]
+    pub fn number(&self, band: &Band) -> usize {
+        7 * band.level + band.high.iter().rev().fold(0, |bits, high| 2 * bits + usize::from(*high))
+    }
+
     /// Number of levels.
     #[must_use]
     pub const fn levels(&self) -> usize {
@@ -107,8 +113,7 @@ impl Pyramid {
     /// LLL and the bands of level 0.
     #[must_use]
     pub fn parent(&self, band: &Band) -> Option<&Band> {
-        let number = (0..3).filter(|axis| band.high[*axis]).map(|axis| 1 << axis).sum::<usize>();
-        (band.level > 0).then(|| &self.bands[7 * (band.level - 1) + number])
+        (band.level > 0).then(|| &self.bands[self.number(band) - 7])
     }
 
     /// Number of coefficients of LLL and the `levels` coarsest levels.
@@ -138,6 +143,7 @@ mod tests {
             Band { level: 2, high: [true, false, false], extent: [6, 4, 1], start: 28 }
         );
         assert_eq!(pyramid.extent(1), [7, 4, 1]);
+        assert!(pyramid.bands().iter().enumerate().all(|(number, band)| pyramid.number(band) == number));
         for pair in pyramid.bands().windows(2) {
             assert_eq!(pair[0].range().end, pair[1].start);
         }

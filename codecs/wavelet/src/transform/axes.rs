@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::lines::{Bundle, LANES, Prepared, Wide};
+use super::lines::{Bundle, LANES, Prepared, Sample, Wide};
 
 /// The shape of one decomposition.
 #[derive(Copy, Clone, Debug)]
@@ -28,12 +28,20 @@ impl Shape {
     }
 }
 
+fn widen<T: Sample>(row: &mut [T::Wide; LANES], from: &[T]) {
+    row.iter_mut().zip(from).for_each(|(wide, sample)| *wide = sample.widen());
+}
+
+fn round<T: Sample>(to: &mut [T], row: &[T::Wide; LANES]) {
+    to.iter_mut().zip(row).for_each(|(sample, wide)| *sample = T::round(*wide));
+}
+
 /// Where the rows of a bundle lie in memory.
-trait Lines<T: Wide> {
+trait Lines<T: Sample> {
     /// Reads sample `i` of all lanes.
-    fn get(&self, i: usize, row: &mut [T; LANES]);
+    fn get(&self, i: usize, row: &mut [T::Wide; LANES]);
     /// Writes it.
-    fn set(&mut self, i: usize, row: &[T; LANES]);
+    fn set(&mut self, i: usize, row: &[T::Wide; LANES]);
 }
 
 /// Up to [`LANES`] lines that follow each other in memory, each of `stride` samples.
@@ -42,16 +50,16 @@ struct Along<'a, T> {
     stride: usize,
 }
 
-impl<T: Wide> Lines<T> for Along<'_, T> {
-    fn get(&self, i: usize, row: &mut [T; LANES]) {
+impl<T: Sample> Lines<T> for Along<'_, T> {
+    fn get(&self, i: usize, row: &mut [T::Wide; LANES]) {
         for (v, line) in row.iter_mut().zip(self.lines.chunks_exact(self.stride)) {
-            *v = line[i];
+            *v = line[i].widen();
         }
     }
 
-    fn set(&mut self, i: usize, row: &[T; LANES]) {
+    fn set(&mut self, i: usize, row: &[T::Wide; LANES]) {
         for (v, line) in row.iter().zip(self.lines.chunks_exact_mut(self.stride)) {
-            line[i] = *v;
+            line[i] = T::round(*v);
         }
     }
 }
@@ -64,15 +72,15 @@ struct Across<'a, T> {
     count: usize,
 }
 
-impl<T: Wide> Lines<T> for Across<'_, T> {
-    fn get(&self, i: usize, row: &mut [T; LANES]) {
+impl<T: Sample> Lines<T> for Across<'_, T> {
+    fn get(&self, i: usize, row: &mut [T::Wide; LANES]) {
         let start = i * self.stride + self.first;
-        row[..self.count].copy_from_slice(&self.rows[start..start + self.count]);
+        widen(row, &self.rows[start..start + self.count]);
     }
 
-    fn set(&mut self, i: usize, row: &[T; LANES]) {
+    fn set(&mut self, i: usize, row: &[T::Wide; LANES]) {
         let start = i * self.stride + self.first;
-        self.rows[start..start + self.count].copy_from_slice(&row[..self.count]);
+        round(&mut self.rows[start..start + self.count], row);
     }
 }
 
@@ -83,13 +91,13 @@ struct Rows<'a, 'b, T> {
     count: usize,
 }
 
-impl<T: Wide> Lines<T> for Rows<'_, '_, T> {
-    fn get(&self, i: usize, row: &mut [T; LANES]) {
-        row[..self.count].copy_from_slice(&self.rows[i][self.first..self.first + self.count]);
+impl<T: Sample> Lines<T> for Rows<'_, '_, T> {
+    fn get(&self, i: usize, row: &mut [T::Wide; LANES]) {
+        widen(row, &self.rows[i][self.first..self.first + self.count]);
     }
 
-    fn set(&mut self, i: usize, row: &[T; LANES]) {
-        self.rows[i][self.first..self.first + self.count].copy_from_slice(&row[..self.count]);
+    fn set(&mut self, i: usize, row: &[T::Wide; LANES]) {
+        round(&mut self.rows[i][self.first..self.first + self.count], row);
     }
 }
 
@@ -101,12 +109,12 @@ enum Direction {
 }
 
 /// Transforms a bundle of lines of `samples`, more than one, in place.
-fn transform<T: Wide>(
+fn transform<T: Sample>(
     filter: &Prepared,
     direction: Direction,
     lines: &mut impl Lines<T>,
     (samples, coefficients): (usize, usize),
-    bundle: &mut Bundle<T>,
+    bundle: &mut Bundle<T::Wide>,
 ) {
     let low = samples.div_ceil(2);
     bundle.even.resize(low, [Default::default(); LANES]);
@@ -116,11 +124,11 @@ fn transform<T: Wide>(
         even.iter_mut().enumerate().for_each(|(i, row)| lines.get(2 * i, row));
         // A padded line repeats its last sample.
         odd.iter_mut().enumerate().for_each(|(i, row)| lines.get((2 * i + 1).min(samples - 1), row));
-        T::forward(filter, bundle);
+        T::Wide::forward(filter, bundle);
         bundle.even.iter().chain(&bundle.odd).enumerate().for_each(|(i, row)| lines.set(i, row));
     } else {
         even.iter_mut().chain(odd).enumerate().for_each(|(i, row)| lines.get(i, row));
-        T::inverse(filter, bundle);
+        T::Wide::inverse(filter, bundle);
         let odd = bundle.odd.iter().take(samples / 2);
         bundle.even.iter().enumerate().for_each(|(i, row)| lines.set(2 * i, row));
         odd.enumerate().for_each(|(i, row)| lines.set(2 * i + 1, row));
@@ -128,15 +136,15 @@ fn transform<T: Wide>(
 }
 
 /// All lines along x and y of a slice.
-fn slice<T: Wide>(
+fn slice<T: Sample>(
     filter: &Prepared,
     direction: Direction,
     slice: &mut [T],
     shape: &Shape,
-    bundle: &mut Bundle<T>,
+    bundle: &mut Bundle<T::Wide>,
 ) {
     let ([nx, ny, _], [x, y, _]) = (shape.samples, shape.coefficients);
-    let along_x = |slice: &mut [T], bundle: &mut Bundle<T>| {
+    let along_x = |slice: &mut [T], bundle: &mut Bundle<T::Wide>| {
         if nx > 1 {
             for lines in slice[..x * ny].chunks_mut(x * LANES) {
                 transform(filter, direction, &mut Along { lines, stride: x }, (nx, x), bundle);
@@ -158,7 +166,7 @@ fn slice<T: Wide>(
 }
 
 /// All lines along z.
-fn depth<T: Wide>(filter: &Prepared, direction: Direction, data: &mut [T], shape: &Shape) {
+fn depth<T: Sample>(filter: &Prepared, direction: Direction, data: &mut [T], shape: &Shape) {
     let [x, y, z] = shape.coefficients;
     if shape.samples[2] < 2 {
         return;
@@ -175,7 +183,7 @@ fn depth<T: Wide>(filter: &Prepared, direction: Direction, data: &mut [T], shape
 }
 
 /// Transforms a box in place. `data` has the coefficients' shape; beyond the samples it may hold anything.
-pub fn forward<T: Wide>(filter: &Prepared, data: &mut [T], shape: &Shape) {
+pub fn forward<T: Sample>(filter: &Prepared, data: &mut [T], shape: &Shape) {
     let area = shape.coefficients[0] * shape.coefficients[1];
     let slices = data[..area * shape.samples[2]].par_chunks_mut(area);
     slices.for_each_init(Bundle::default, |bundle, data| {
@@ -185,7 +193,7 @@ pub fn forward<T: Wide>(filter: &Prepared, data: &mut [T], shape: &Shape) {
 }
 
 /// The inverse of [`forward`].
-pub fn inverse<T: Wide>(filter: &Prepared, data: &mut [T], shape: &Shape) {
+pub fn inverse<T: Sample>(filter: &Prepared, data: &mut [T], shape: &Shape) {
     depth(filter, Direction::Inverse, data, shape);
     let area = shape.coefficients[0] * shape.coefficients[1];
     let slices = data[..area * shape.samples[2]].par_chunks_mut(area);

@@ -31,7 +31,7 @@ pub trait Sample: Copy + Default + Send + Sync + std::fmt::Debug {
 }
 
 /// A type that volumes are transformed in.
-pub trait Wide: Copy + Default + Send + Sync + std::fmt::Debug {
+pub trait Wide: Sample<Wide = Self> {
     /// Transforms a bundle of more than one sample per line, of which there are as many odd as even ones or one less.
     fn forward(filter: &Prepared, bundle: &mut Bundle<Self>);
 
@@ -180,6 +180,18 @@ impl Sample for f32 {
 
     fn round(wide: f64) -> Self {
         wide as Self
+    }
+}
+
+impl Sample for f64 {
+    type Wide = Self;
+
+    fn widen(self) -> Self {
+        self
+    }
+
+    fn round(wide: Self) -> Self {
+        wide
     }
 }
 
