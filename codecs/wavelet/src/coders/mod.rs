@@ -4,6 +4,7 @@ pub mod arithmetic;
 pub mod bands;
 pub mod bits;
 pub mod contexts;
+pub mod corrections;
 pub mod counts;
 pub mod deflate;
 pub mod family;
@@ -21,6 +22,7 @@ pub mod zerotree;
 mod tests;
 
 use cvr_core::codec::DecodeError;
+use serde::{Deserialize, Serialize};
 
 use crate::stream::pyramid::Pyramid;
 
@@ -46,4 +48,58 @@ pub trait Coder: Sync {
         chunks: &[&[u8]],
         out: &mut [i32],
     ) -> Result<(), DecodeError>;
+}
+
+/// The coders by name, as streams hold them.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Coding {
+    /// Contexts and a binary range coder.
+    Contexts,
+    /// Runs of zeros line by line.
+    Runs,
+    /// Runs of zeros through an octree.
+    RunsOctree,
+    /// Runs of zeros line by line, through deflate.
+    Deflate,
+    /// Runs of zeros through an octree, and through deflate.
+    DeflateOctree,
+    /// Adaptive arithmetic coding with a zero mode.
+    Arithmetic,
+    /// Zerotrees.
+    Zerotree,
+}
+
+impl Coding {
+    /// Names of the coders, without orders.
+    pub const NAMES: &'static [&'static str] = &["contexts", "runs", "deflate", "arithmetic", "zerotree"];
+
+    /// The coding of a coder and an order. Only runs have an order.
+    #[must_use]
+    pub fn from_names(coder: &str, order: &str) -> Option<Self> {
+        Some(match (coder, order) {
+            ("contexts", _) => Self::Contexts,
+            ("runs", "octree") => Self::RunsOctree,
+            ("runs", _) => Self::Runs,
+            ("deflate", "octree") => Self::DeflateOctree,
+            ("deflate", _) => Self::Deflate,
+            ("arithmetic", _) => Self::Arithmetic,
+            ("zerotree", _) => Self::Zerotree,
+            _ => return None,
+        })
+    }
+
+    /// The coder.
+    #[must_use]
+    pub fn coder(self) -> &'static dyn Coder {
+        match self {
+            Self::Contexts => &contexts::Contexts,
+            Self::Runs => &runs::Runs { order: order::Order::Lines },
+            Self::RunsOctree => &runs::Runs { order: order::Order::Octree },
+            Self::Deflate => &deflate::Deflate { order: order::Order::Lines },
+            Self::DeflateOctree => &deflate::Deflate { order: order::Order::Octree },
+            Self::Arithmetic => &arithmetic::Arithmetic,
+            Self::Zerotree => &zerotree::Zerotree,
+        }
+    }
 }

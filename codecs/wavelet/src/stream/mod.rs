@@ -1,3 +1,4 @@
 //! What a stream consists of.
 
+pub mod parameters;
 pub mod pyramid;

@@ -6,10 +6,10 @@
 
 mod adaptive;
 mod band;
-mod binarisation;
+pub(super) mod binarisation;
 mod choosing;
 mod magnitudes;
-mod models;
+pub(super) mod models;
 mod parts;
 mod sides;
 

@@ -1,0 +1,121 @@
+//! A frame whose channels are transformed, and its coding under a step.
+
+use cvr_core::codec::EncodeError;
+use cvr_core::memory;
+use cvr_core::volume::{BrickSource, FrameIndex};
+use rayon::prelude::*;
+
+use super::for_slabs;
+use crate::coders::{Coding, contexts};
+use crate::decode::Shared;
+use crate::quantiser::{self, DEAD_ZONE, Rule};
+use crate::transform;
+
+/// The coefficients of the channels of a frame.
+#[derive(Debug)]
+pub struct Frame<'a> {
+    /// What frames share.
+    pub shared: &'a Shared,
+    /// Its number.
+    pub index: FrameIndex,
+    /// Coefficients of each channel. Those of the reversible filter are integers below 2²⁴.
+    pub channels: Vec<Vec<f32>>,
+}
+
+/// A coded frame.
+#[derive(Debug)]
+pub struct Coded {
+    /// The step of the samples' error.
+    pub step: f32,
+    /// Chunks of each channel.
+    pub channels: Vec<Vec<Vec<u8>>>,
+    /// Quantised coefficients of each channel.
+    pub quantised: Vec<Vec<i32>>,
+}
+
+impl Coded {
+    /// Bytes of chunks, of their lengths and of the steps.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let chunks = self.channels.iter().flatten();
+        chunks.map(|chunk| chunk.len() + 4).sum::<usize>() + 4 * self.channels.len()
+    }
+}
+
+impl<'a> Frame<'a> {
+    /// Reads and transforms a frame.
+    ///
+    /// # Errors
+    /// When the source fails, or there is no memory for the frame.
+    pub fn read(
+        source: &dyn BrickSource,
+        index: FrameIndex,
+        shared: &'a Shared,
+    ) -> Result<Self, EncodeError> {
+        let channels = source.layout().channels as usize;
+        let voxels = source.layout().extent.voxels();
+        let what = || format!("the coefficients of {} voxels", source.layout().extent);
+        memory::check(8 * voxels * channels as u64, what)?;
+        let mut planes: Vec<Vec<f32>> = (0..channels).map(|_| Vec::with_capacity(voxels as usize)).collect();
+        for_slabs(source, index, |values| {
+            for (c, plane) in planes.iter_mut().enumerate() {
+                plane.extend(values.iter().skip(c).step_by(channels));
+            }
+        })?;
+        let channels = planes.into_iter().map(|plane| shared.forward(plane)).collect();
+        Ok(Self { shared, index, channels })
+    }
+
+    /// The frame under a step: the squared error of a sample is about a twelfth of its square.
+    #[must_use]
+    pub fn coded(&self, step: f32) -> Coded {
+        let shared = self.shared;
+        let (channels, quantised) =
+            self.channels.iter().map(|coefficients| shared.code(coefficients, step)).unzip();
+        Coded { step, channels, quantised }
+    }
+
+    /// The coefficients of the reversible filter as they are.
+    #[must_use]
+    pub fn lossless(&self) -> Coded {
+        let integers = |plane: &Vec<f32>| plane.par_iter().map(|c| *c as i32).collect::<Vec<_>>();
+        let coder = self.shared.coding.coder();
+        let channels = self.channels.iter().map(|plane| coder.encode(&self.shared.pyramid, &integers(plane)));
+        Coded { step: 1.0, channels: channels.collect(), quantised: Vec::new() }
+    }
+}
+
+impl Shared {
+    /// The coefficients of samples.
+    fn forward(&self, samples: Vec<f32>) -> Vec<f32> {
+        if !self.filter.is_integer() {
+            return transform::forward(self.filter, &self.pyramid, samples);
+        }
+        let integers: Vec<i32> = samples.par_iter().map(|v| *v as i32).collect();
+        drop(samples);
+        let coefficients = transform::forward(self.filter, &self.pyramid, integers);
+        coefficients.into_par_iter().map(|c| c as f32).collect()
+    }
+
+    /// Chunks and quantised coefficients of a channel.
+    fn code(&self, coefficients: &[f32], step: f32) -> (Vec<Vec<u8>>, Vec<i32>) {
+        let (pyramid, mut quantised) = (&self.pyramid, vec![0; coefficients.len()]);
+        let rules: Vec<(Rule, f64)> = match self.paper {
+            Some(quality) => {
+                let rules = quantiser::paper(self.filter, pyramid, quality, self.range);
+                rules.into_iter().map(|(rule, dead)| (rule, 0.5 * dead)).collect()
+            }
+            None => self.rules(step).into_iter().map(|rule| (rule, DEAD_ZONE)).collect(),
+        };
+        if self.coding == Coding::Contexts && self.paper.is_none() {
+            let steps: Vec<f64> = rules.iter().map(|(rule, _)| rule.step).collect();
+            let chunks = contexts::choose(pyramid, coefficients, &steps, &mut quantised);
+            return (chunks, quantised);
+        }
+        for (band, (rule, dead)) in pyramid.bands().iter().zip(rules) {
+            let pairs = quantised[band.range()].par_iter_mut().zip(&coefficients[band.range()]);
+            pairs.for_each(|(q, c)| *q = quantiser::quantised(*c, rule, dead));
+        }
+        (self.coding.coder().encode(pyramid, &quantised), quantised)
+    }
+}

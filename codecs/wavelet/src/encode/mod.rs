@@ -1,0 +1,142 @@
+//! The encoder of whole volumes: each channel of each frame is transformed, quantised and coded on its own.
+
+mod bound;
+mod frame;
+mod psnr;
+mod rate;
+
+use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
+use cvr_core::container::{Element, StreamWriter};
+use cvr_core::volume::{BrickSource, Extent, FrameIndex, Region, ValueRange, VolumeLayout};
+use rayon::prelude::*;
+
+use self::frame::{Coded, Frame};
+use crate::decode::Shared;
+use crate::settings::{Options, Target};
+use crate::stream::parameters::{CHUNKS, LENGTHS, Mode, Parameters, STEPS};
+use crate::stream::pyramid::Pyramid;
+
+/// Encodes with one set of settings.
+#[derive(Debug)]
+pub struct WaveletEncoder {
+    pub options: Options,
+}
+
+impl Encoder for WaveletEncoder {
+    /// Coefficients before and after quantisation, and samples to compare with.
+    fn scratch_bytes(&self, layout: &VolumeLayout) -> u64 {
+        12 * layout.samples_per_frame()
+    }
+
+    fn encode(
+        &mut self,
+        source: &dyn BrickSource,
+        out: &mut dyn StreamWriter,
+        run: &Progress<'_>,
+    ) -> Result<EncodeReport, EncodeError> {
+        let (options, layout) = (self.options, source.layout().clone());
+        if options.filter.is_integer() && !layout.sample.is_integer() {
+            let problem =
+                format!("filter 5-3 maps integers, not {}; use cdf-9-7 or another filter", layout.sample);
+            return Err(EncodeError::Unsupported(problem));
+        }
+        let extent = layout.extent.to_array().map(|n| n as usize);
+        if layout.samples_per_frame() > i32::MAX as u64 {
+            let problem =
+                format!("a frame of {} has more than 2³¹ − 1 samples; cut it into bricks", layout.extent);
+            return Err(EncodeError::Unsupported(problem));
+        }
+        let range = range_of(source)?;
+        let mut shared = Shared {
+            filter: options.filter,
+            pyramid: Pyramid::new(extent, options.decompositions, options.filter.pads()),
+            coding: options.coding,
+            paper: match options.target {
+                Target::Quality(quality) => Some((quality, options.scale)),
+                _ => None,
+            },
+            correction: None,
+            range,
+        };
+        if let Target::MaxError(bound) = options.target {
+            shared.correction = Some(bound::unit(bound, layout.sample.is_integer()));
+        }
+        let (mut steps, mut lengths, mut error) = (Vec::new(), Vec::new(), None::<f64>);
+        for index in (0..layout.frames).map(FrameIndex) {
+            let frame = Frame::read(source, index, &shared)?;
+            run.advance(0)?;
+            let coded = match options.target {
+                Target::Lossless => (frame.lossless(), Some(0.0)),
+                Target::Quality(_) => (frame.coded(0.0), None),
+                Target::BitsPerVoxel(bits) => (rate::settle(&frame, bits, &layout, run)?, None),
+                Target::Psnr(psnr) => {
+                    let found = psnr::settle(&frame, psnr, source, run)?;
+                    (found.0, Some(found.1))
+                }
+                Target::MaxError(bound) => {
+                    let found = bound::settle(&frame, bound, source, run)?;
+                    (found.0, Some(found.1))
+                }
+            };
+            let (Coded { step, channels, .. }, own_error) = coded;
+            error = own_error.map(|own| error.unwrap_or(0.0).max(own));
+            for chunks in channels {
+                steps.push(step.to_bits());
+                for chunk in chunks {
+                    lengths.push(chunk.len() as u32);
+                    out.append(CHUNKS, Element::U8, &chunk)?;
+                }
+            }
+            run.advance(layout.extent.voxels())?;
+        }
+        let channels = u64::from(layout.frames) * u64::from(layout.channels);
+        out.append_words(LENGTHS, &lengths)?;
+        out.shape(LENGTHS, &[channels, shared.chunks() as u64])?;
+        out.append_words(STEPS, &steps)?;
+        out.shape(STEPS, &[channels])?;
+        out.shape(CHUNKS, &[lengths.iter().map(|n| u64::from(*n)).sum()])?;
+        out.parameters_of(&Parameters {
+            mode: Mode::Volume,
+            filter: options.filter,
+            decompositions: options.decompositions as u32,
+            coder: options.coding,
+            paper: shared.paper,
+            correction: shared.correction,
+            range,
+        })?;
+        Ok(EncodeReport { error_bound: error, notes: Vec::new() })
+    }
+}
+
+/// Slices that are read at a time.
+const SLAB: u32 = 16;
+
+/// Reads slab after slab of a frame.
+fn for_slabs(
+    source: &dyn BrickSource,
+    frame: FrameIndex,
+    mut take: impl FnMut(&[f32]),
+) -> Result<(), EncodeError> {
+    let layout = source.layout();
+    let [x, y, z] = layout.extent.to_array();
+    let mut values = Vec::new();
+    for at in (0..z).step_by(SLAB as usize) {
+        let Ok(extent) = Extent::new(x, y, SLAB.min(z - at)) else { continue };
+        values.resize(extent.voxels() as usize * layout.channels as usize, 0.0);
+        source.read(frame, Region { origin: [0, 0, at], extent }, &mut values)?;
+        take(&values);
+    }
+    Ok(())
+}
+
+/// The range of the whole volume.
+fn range_of(source: &dyn BrickSource) -> Result<ValueRange, EncodeError> {
+    let mut range: Option<ValueRange> = None;
+    for frame in (0..source.layout().frames).map(FrameIndex) {
+        for_slabs(source, frame, |values| {
+            let parts = values.par_chunks(1 << 16).filter_map(|part| ValueRange::of(part.iter().copied()));
+            range = range.into_iter().chain(parts.reduce_with(ValueRange::union)).reduce(ValueRange::union);
+        })?;
+    }
+    Ok(range.unwrap_or(ValueRange { min: 0.0, max: 0.0 }))
+}

@@ -1,0 +1,101 @@
+//! The step at which a frame reaches a PSNR.
+
+use cvr_core::codec::{EncodeError, Progress};
+use cvr_core::volume::BrickSource;
+
+use super::for_slabs;
+use super::frame::{Coded, Frame};
+
+/// More decibels than asked for by this share are near enough. Limit.
+const NEAR: f64 = 0.004;
+
+/// Most trials. Limit.
+const TRIALS: usize = 16;
+
+/// Squared error and largest error of decoded channels, integers rounded.
+pub struct Measured {
+    pub squares: f64,
+    pub largest: f64,
+}
+
+/// Compares the decoded channels of a frame with its source.
+///
+/// # Errors
+/// When the source fails.
+pub fn measure(
+    frame: &Frame<'_>,
+    decoded: &[Vec<f32>],
+    source: &dyn BrickSource,
+) -> Result<Measured, EncodeError> {
+    let integers = source.layout().sample.is_integer();
+    let mut sum = Measured { squares: 0.0, largest: 0.0 };
+    let mut at = 0;
+    for_slabs(source, frame.index, |values| {
+        let channels = decoded.len();
+        for (i, voxel) in values.chunks_exact(channels).enumerate() {
+            for (sample, decoded) in voxel.iter().zip(decoded) {
+                let decoded = decoded[at + i];
+                let shown = if integers { decoded.round() } else { decoded };
+                let error = f64::from(shown) - f64::from(*sample);
+                sum.squares += error * error;
+                sum.largest = sum.largest.max(error.abs());
+            }
+        }
+        at += values.len() / channels;
+    })?;
+    Ok(sum)
+}
+
+/// The frame at `psnr` decibels or more, and its largest error.
+///
+/// # Errors
+/// When no step reaches it, the source fails, or the run was cancelled.
+pub fn settle(
+    frame: &Frame<'_>,
+    psnr: f64,
+    source: &dyn BrickSource,
+    run: &Progress<'_>,
+) -> Result<(Coded, f64), EncodeError> {
+    let range = frame.shared.range;
+    let span = (f64::from(range.max) - f64::from(range.min)).max(f64::from(f32::MIN_POSITIVE));
+    let samples = source.layout().samples_per_frame() as f64;
+    let allowed = span * span * 10_f64.powf(-psnr / 10.0);
+    // At high rates, the squared error is a twelfth of the step's square.
+    let mut step = (12.0 * allowed).sqrt();
+    let (mut met, mut missed) = (None::<(Coded, f64)>, false);
+    let [mut low, mut high] = [span * 1e-9, span * 1e3];
+    for _ in 0..TRIALS {
+        let coded = frame.coded(step as f32);
+        let decoded: Vec<Vec<f32>> =
+            coded.quantised.iter().map(|q| frame.shared.samples(0, coded.step, q, &[])).collect();
+        let Measured { squares, largest } = measure(frame, &decoded, source)?;
+        drop(decoded);
+        let found = 10.0 * (span * span * samples / squares.max(f64::MIN_POSITIVE)).log10();
+        if found >= psnr {
+            low = step;
+            met = Some((coded, largest));
+            if found <= psnr * (1.0 + NEAR) || high / low < 1.001 {
+                break;
+            }
+        } else {
+            (high, missed) = (step, true);
+            if high < span * 1e-7 {
+                break;
+            }
+        }
+        run.advance(0)?;
+        // Twenty decibels to a factor of ten, less at low rates. Rounded integers without an error say nothing.
+        let towards = step * 10_f64.powf((found - psnr * (1.0 + 0.4 * NEAR)).clamp(-60.0, 60.0) / 17.0);
+        let inside = towards > low * 1.0001 && towards < high * 0.9999;
+        step = match (inside, missed) {
+            (true, _) => towards,
+            (false, true) => (low * high).sqrt(),
+            (false, false) => 2.0 * step,
+        };
+    }
+    met.ok_or_else(|| {
+        let problem =
+            format!("`psnr = {psnr}` is beyond what single precision reaches; use `max_error`, or raw");
+        EncodeError::Unsupported(problem)
+    })
+}
