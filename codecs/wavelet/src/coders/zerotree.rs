@@ -114,7 +114,7 @@ fn decode_orientation(
     let last = all
         .iter()
         .rposition(|largest| *largest > 0)
-        .ok_or(named(Fault("an orientation of zeros has bytes")))?;
+        .ok_or_else(|| named(Fault("an orientation of zeros has bytes")))?;
     let mut decoder = Decoder::new(chunk).map_err(named)?;
     let mut parent: Option<(&Band, Vec<bool>)> = None;
     for (level, ((band, out), largest)) in bands.iter().zip(out).zip(all).enumerate().take(last + 1) {
