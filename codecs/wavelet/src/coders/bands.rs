@@ -134,3 +134,19 @@ impl<C: BandCoder> Coder for C {
         pyramid.coarsest(levels).par_iter().zip(chunks).zip(regions).with_max_len(1).try_for_each(read)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coders::arithmetic::Arithmetic;
+
+    #[test]
+    fn only_an_empty_chunk_is_a_region_of_zeros() {
+        let pyramid = Pyramid::new([2, 2, 2], 1, false);
+        let chunks = |lll: &'static [u8]| [lll, &[], &[], &[], &[], &[], &[], &[]];
+        Arithmetic.decode(&pyramid, 1, &chunks(&[]), &mut [0; 8]).unwrap();
+        let error = Arithmetic.decode(&pyramid, 1, &chunks(&[0]), &mut [0; 8]).unwrap_err();
+        assert_eq!(error.to_string(), "corrupt stream: band LLL of level 0: a region of zeros has bytes");
+        assert_eq!(name(&pyramid.level(0)[5]), "band LHH of level 0");
+    }
+}

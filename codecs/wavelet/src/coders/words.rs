@@ -100,6 +100,7 @@ mod tests {
     fn zeros_at_the_end_are_left_out_but_not_of_decided_words() {
         assert_eq!(bytes(vec![], 0, 0, u64::MAX).len(), 0);
         assert_eq!(bytes(vec![0x0100_0000, 5, 0], 1, (4 << 32) + 1, 1 << 32), [1, 0, 0, 0, 0, 0, 0, 5]);
+        assert_eq!(bytes(vec![7, 0x1234_5679], 1, (0x1234_5678 << 32) + 1, 1 << 56), [0, 0, 0, 7, 0x13]);
         assert_eq!(bytes(vec![0x0100_0000, 0], 1, 0, 1 << 32), [1, 0, 0, 0]);
     }
 

@@ -114,7 +114,7 @@ fn decode_orientation(
     let last = all
         .iter()
         .rposition(|largest| *largest > 0)
-        .ok_or(named(Fault("an orientation of zeros has bytes")))?;
+        .ok_or_else(|| named(Fault("an orientation of zeros has bytes")))?;
     let mut decoder = Decoder::new(chunk).map_err(named)?;
     let mut parent: Option<(&Band, Vec<bool>)> = None;
     for (level, ((band, out), largest)) in bands.iter().zip(out).zip(all).enumerate().take(last + 1) {
@@ -168,5 +168,56 @@ impl Coder for Zerotree {
             }
         };
         chunks.par_iter().zip(of_chunk).enumerate().with_max_len(1).try_for_each(read)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A band of so many kinds of symbols: that of a zero, or a value.
+    fn by_hand(encoder: &mut Encoder, kinds: usize, largest: u32, band: &[Result<usize, i32>]) {
+        let (mut symbols, mut values) = (Counts::new(kinds), Values::new(largest));
+        for symbol in band {
+            encoder.symbol(symbol.unwrap_or(VALUE), &mut symbols);
+            if let Err(value) = symbol {
+                values.encode(*value, true, encoder);
+            }
+        }
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_format() {
+        // LLL; HLL of three levels; no other band has a coefficient.
+        let pyramid = Pyramid::new([8, 1, 1], 3, false);
+        let coefficients = [0, 0, 0, 3, 0, 0, 0, -1];
+        let mut encoder = Encoder::new();
+        by_hand(&mut encoder, 3, 1, &[Ok(ISOLATED)]);
+        by_hand(&mut encoder, 3, 3, &[Ok(ROOT), Err(3)]);
+        by_hand(&mut encoder, 2, 1, &[Ok(ROOT), Err(-1)]);
+        let tree = [&[0, 3, 1][..], &encoder.finish()].concat();
+        let mut chunks = vec![Vec::new(); 8];
+        chunks[1].clone_from(&tree);
+        assert_eq!(Zerotree.encode(&pyramid, &coefficients), chunks);
+
+        let read = |levels, chunk: &[u8]| {
+            let mut out = vec![0; pyramid.coefficients(levels)];
+            let mut chunks = [&[][..]; 8];
+            chunks[1] = chunk;
+            Zerotree
+                .decode(&pyramid, levels, &chunks, &mut out)
+                .map(|()| out)
+                .map_err(|error| error.to_string())
+        };
+        assert_eq!(read(3, &tree).unwrap(), coefficients);
+        // A coarse volume reads a prefix, so it does not miss the end.
+        let longer = [&tree[..], &[9; 9]].concat();
+        assert_eq!(read(2, &longer).unwrap(), coefficients[..4]);
+        assert!(read(3, &longer).unwrap_err().contains("bytes follow the last symbol"));
+        assert!(read(3, &[0, 0, 0, 9]).unwrap_err().contains("an orientation of zeros has bytes"));
+        let mut encoder = Encoder::new();
+        by_hand(&mut encoder, 3, 1, &[Err(1)]);
+        let value = [&[0, 3, 1][..], &encoder.finish()].concat();
+        assert!(read(3, &value).unwrap_err().contains("a region of zeros has a value"));
     }
 }
