@@ -23,6 +23,7 @@ pub fn codecs() -> Result<Registry, RegistryError> {
         cvr_s3dc::codec(),
         cvr_tvq::codec(),
         cvr_vq::codec(),
+        cvr_wavelet::codec(),
         cvr_zfp::codec(),
     ];
     for codec in all {

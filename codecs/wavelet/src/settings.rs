@@ -99,10 +99,15 @@ pub enum Target {
 /// The settings of one encoder.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Options {
+    /// Wavelet filter.
     pub filter: Filter,
+    /// How often the low band is transformed again.
     pub decompositions: usize,
+    /// Entropy coder.
     pub coding: Coding,
+    /// What encoding aims at.
     pub target: Target,
+    /// Of the paper's quantiser.
     pub scale: Scale,
     /// Edge of blocks that decode on their own, or 0.
     pub block: u32,

@@ -88,7 +88,7 @@ fn measure(codec: &dyn Codec, name: &str, volume: &FiniteVolume, pairs: &[(Strin
 }
 
 /// The codecs with settings of their own.
-fn codecs() -> [Arc<dyn Codec>; 7] {
+fn codecs() -> [Arc<dyn Codec>; 8] {
     [
         cvr_bc4::codec(),
         cvr_hvq::codec(),
@@ -96,6 +96,7 @@ fn codecs() -> [Arc<dyn Codec>; 7] {
         cvr_s3dc::codec(),
         cvr_tvq::codec(),
         cvr_vq::codec(),
+        cvr_wavelet::codec(),
         cvr_zfp::codec(),
     ]
 }

@@ -52,12 +52,6 @@ impl Magnitudes {
         out
     }
 
-    /// Coefficients along x, y and z.
-    #[must_use]
-    pub const fn extent(&self) -> [usize; 3] {
-        self.extent
-    }
-
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
