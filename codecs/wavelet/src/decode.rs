@@ -43,7 +43,7 @@ impl Shared {
                 let rules = quantiser::paper(self.filter, &self.pyramid, quality, self.range);
                 rules.into_iter().map(|(rule, _)| rule).collect()
             }
-            None => quantiser::rules(self.filter, &self.pyramid, step),
+            None => quantiser::rules(self.filter, &self.pyramid, step, self.range.min),
         }
     }
 
@@ -123,17 +123,17 @@ impl Shared {
         samples
     }
 
-    /// Adds corrections, and clamps to the range.
+    /// Clamps to the range, and adds corrections.
     pub fn correct(&self, samples: &mut [f32], corrections: &[Correction]) {
-        let unit = self.correction.unwrap_or(0.0);
-        for Correction { place, units } in corrections {
-            if let Some(sample) = samples.get_mut(*place as usize) {
-                *sample += unit * *units as f32;
-            }
-        }
         let ValueRange { min, max } = self.range;
         // What hostile coefficients turn into no number becomes the lowest.
         samples.par_iter_mut().for_each(|v| *v = v.max(min).min(max));
+        let unit = self.correction.unwrap_or(0.0);
+        for Correction { place, units } in corrections {
+            if let Some(sample) = samples.get_mut(*place as usize) {
+                *sample = (*sample + unit * *units as f32).max(min).min(max);
+            }
+        }
     }
 }
 

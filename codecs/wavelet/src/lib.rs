@@ -6,6 +6,7 @@
 pub mod coders;
 pub mod decode;
 mod encode;
+mod passes;
 pub mod quantiser;
 mod reader;
 pub mod settings;
@@ -25,7 +26,7 @@ static INFO: CodecInfo = CodecInfo {
     id: "wavelet",
     summary: "wavelet transform of the whole volume, quantised and entropy-coded; or of blocks that decode on their own",
     stream_version: 1,
-    decoded_by: &[DecodedBy::Cpu],
+    decoded_by: &[DecodedBy::Passes, DecodedBy::Cpu],
     fetch_cell: false,
     paper: Some(Paper {
         authors: "S. Guthe, W. Straßer",

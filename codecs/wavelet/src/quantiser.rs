@@ -46,15 +46,18 @@ fn product(pyramid: &Pyramid, band: &Band, of: impl Fn(usize, usize, bool) -> f6
 }
 
 /// Rules under which the same error of any coefficient adds the same squared error to the samples: a band's step is
-/// `step` over the norm of what one of its coefficients becomes.
+/// `step` over the norm of what one of its coefficients becomes. LLL is counted from the lowest sample, `least`, except
+/// for the reversible filter.
 #[must_use]
-pub fn rules(filter: Filter, pyramid: &Pyramid, step: f32) -> Vec<Rule> {
+pub fn rules(filter: Filter, pyramid: &Pyramid, step: f32, least: f32) -> Vec<Rule> {
     let norm = |band: &Band| product(pyramid, band, |n, d, high| gain::of_band(filter, n, d, high).synthesis);
     let own = |band: &Band| {
         let exact = f64::from(step) / norm(band);
         let unit = f64::from(INTEGER_STEPS);
         let step = if filter.is_integer() { (exact * unit).round().clamp(unit, 1e9) / unit } else { exact };
-        Rule { offset: 0.0, step }
+        let is_offset = band.kind() == 0 && !filter.is_integer();
+        let gain = || product(pyramid, band, |n, d, _| gain::low(filter, n, d));
+        Rule { offset: if is_offset { f64::from(least) * gain() } else { 0.0 }, step }
     };
     pyramid.bands().iter().map(own).collect()
 }
@@ -151,7 +154,7 @@ mod tests {
         assert_eq!([-3, 0, 5].map(|q| integer(q, INTEGER_STEPS)), [-3, 0, 5]);
         assert_eq!([1, -1, 3].map(|q| integer(q, 384)), [2, -1, 5]);
         let pyramid = Pyramid::new([16, 16, 16], 2, false);
-        assert!(rules(Filter::FiveThree, &pyramid, 0.1).iter().all(|rule| rule.step == 1.0));
+        assert!(rules(Filter::FiveThree, &pyramid, 0.1, -7.0).iter().all(|rule| rule.step == 1.0));
     }
 
     #[test]

@@ -2,13 +2,16 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use cvr_core::codec::{DecodeError, DecodedForm, DecodedFrame, Decoder, check_key_at, check_stream};
+use cvr_core::codec::{
+    DecodeError, DecodedForm, DecodedFrame, Decoder, FrameDecode, check_key_at, check_stream,
+};
 use cvr_core::container::{Element, EncodedVolume, Tensor};
 use cvr_core::memory;
 use cvr_core::volume::{BrickKey, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout};
 
 use crate::INFO;
 use crate::decode::Shared;
+use crate::passes::Texts;
 use crate::stream::parameters::{CHUNKS, LENGTHS, MOST_DECOMPOSITIONS, Parameters, STEPS};
 use crate::stream::pyramid::Pyramid;
 
@@ -24,6 +27,8 @@ pub struct Reader {
     pub(crate) steps: Vec<f32>,
     /// The frame used last, with its resolution. All boxes of a frame share its transform.
     latest: Mutex<Option<((FrameIndex, u8), Arc<DecodedFrame>)>>,
+    /// Of the passes on a device.
+    pub(crate) texts: Texts,
 }
 
 impl Reader {
@@ -35,6 +40,10 @@ impl Reader {
         let layout = volume.spec().layout.clone();
         let parameters: Parameters = volume.parameters()?;
         let Parameters { filter, decompositions, coder, paper, correction, range, .. } = parameters;
+        if parameters.extent != layout.extent.to_array() {
+            let [x, y, z] = parameters.extent;
+            return corrupt(format!("coefficients of {x}×{y}×{z} voxels in a volume of {}", layout.extent));
+        }
         if decompositions > MOST_DECOMPOSITIONS {
             return corrupt(format!(
                 "{decompositions} decompositions; there are at most {MOST_DECOMPOSITIONS}"
@@ -59,7 +68,7 @@ impl Reader {
         let lengths =
             volume.tensor_of_shape(LENGTHS, Element::U32, &[channels, shared.chunks() as u64])?.words();
         let total: u64 = lengths.iter().map(|n| u64::from(*n)).sum();
-        let chunks = volume.tensor_of_shape(CHUNKS, Element::U8, &[total])?.clone();
+        let chunks = volume.tensor_of_shape(CHUNKS, Element::U8, &[total + 1])?.clone();
         let mut starts = vec![0];
         starts.extend(lengths.iter().scan(0, |at, n| {
             *at += *n as usize;
@@ -70,7 +79,8 @@ impl Reader {
         if let Some(step) = steps.iter().find(|step| !step.is_finite() || **step < 0.0) {
             return corrupt(format!("a step of {step}"));
         }
-        Ok(Self { layout, shared, chunks, starts, steps, latest: Mutex::new(None) })
+        let texts = Texts::new(filter);
+        Ok(Self { layout, shared, chunks, starts, steps, latest: Mutex::new(None), texts })
     }
 
     /// Number of resolutions, the full one included.
@@ -168,5 +178,9 @@ impl Decoder for Reader {
         } else {
             DecodedForm::FLOAT32
         }
+    }
+
+    fn frame_decode(&self) -> Option<&dyn FrameDecode> {
+        Some(self)
     }
 }

@@ -9,9 +9,6 @@ use crate::transform::Filter;
 /// Most decompositions: 2¹² voxels become one coefficient.
 const MOST_DECOMPOSITIONS: i64 = 12;
 
-/// Bits per voxel where nothing is asked for.
-const BITS_PER_VOXEL: f64 = 1.0;
-
 /// The schema.
 pub const SETTINGS: &[Setting] = &[
     Setting {
@@ -42,7 +39,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "bits_per_voxel",
         doc: "bits per voxel of the whole file, at most and within 1 %, the same for each frame; 0 = no such target; \
-              where nothing is asked for, 5-3 is lossless and the other filters take 1",
+              where nothing is asked for, 5-3 is lossless and the other filters take 1 bit, and 4 KB at least",
         kind: SettingKind::Float { min: 0.0, max: 96.0 },
         default: "0.0",
     },
@@ -88,6 +85,8 @@ pub enum Target {
     Lossless,
     /// Bits per voxel of the whole file.
     BitsPerVoxel(f64),
+    /// One bit per voxel, and more for a volume so small that the header alone takes that.
+    Usual,
     /// Decibels.
     Psnr(f64),
     /// Largest error of a sample, in data units.
@@ -160,7 +159,7 @@ fn target(settings: &Settings, filter: Filter, block: u32) -> Result<Target, Con
     }
     match asked[..] {
         [] if filter.is_integer() => Ok(Target::Lossless),
-        [] => Ok(Target::BitsPerVoxel(BITS_PER_VOXEL)),
+        [] => Ok(Target::Usual),
         [("quality", _)] if filter.is_integer() || block > 0 => {
             let problem = "`quality` is the paper's quantiser of whole volumes in floating point: leave out `block`, \
                            and use another filter than 5-3";

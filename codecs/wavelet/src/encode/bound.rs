@@ -36,13 +36,11 @@ fn corrections_of(
         let channels = decoded.len();
         for (i, voxel) in values.chunks_exact(channels).enumerate() {
             for ((sample, decoded), out) in voxel.iter().zip(decoded).zip(&mut out) {
-                // Clamping alone never adds error.
-                let decoded = decoded[at + i];
-                let clamped = decoded.max(clamp.min).min(clamp.max);
+                let clamped = decoded[at + i].max(clamp.min).min(clamp.max);
                 let shown = if integers { clamped.round() } else { clamped };
-                if (f64::from(shown) - f64::from(*sample)).abs() > bound {
-                    let base = if integers { decoded.round() } else { decoded };
-                    let units = ((f64::from(*sample) - f64::from(base)) / unit).round();
+                let missing = f64::from(*sample) - f64::from(shown);
+                if missing.abs() > bound {
+                    let units = (missing / unit).round();
                     out.push(Correction { place: (at + i) as u32, units: units as i32 });
                 }
             }

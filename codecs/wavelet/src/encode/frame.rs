@@ -75,13 +75,25 @@ impl<'a> Frame<'a> {
         Coded { step, channels, quantised }
     }
 
+    /// A frame of a constant volume, under a step so large that its coefficients are all small. With a bound, no sample
+    /// is corrected.
+    #[must_use]
+    pub fn constant(&self) -> Coded {
+        let mut coded = self.coded(self.shared.range.max.abs().max(1.0));
+        if self.shared.correction.is_some() {
+            coded.channels.iter_mut().for_each(|chunks| chunks.push(Vec::new()));
+        }
+        coded
+    }
+
     /// The coefficients of the reversible filter as they are.
     #[must_use]
     pub fn lossless(&self) -> Coded {
         let integers = |plane: &Vec<f32>| plane.par_iter().map(|c| *c as i32).collect::<Vec<_>>();
         let coder = self.shared.coding.coder();
         let channels = self.channels.iter().map(|plane| coder.encode(&self.shared.pyramid, &integers(plane)));
-        Coded { step: 1.0, channels: channels.collect(), quantised: Vec::new() }
+        // Under a step of 0, all steps of the reversible filter are 1.
+        Coded { step: 0.0, channels: channels.collect(), quantised: Vec::new() }
     }
 }
 
@@ -108,8 +120,8 @@ impl Shared {
             None => self.rules(step).into_iter().map(|rule| (rule, DEAD_ZONE)).collect(),
         };
         if self.coding == Coding::Contexts && self.paper.is_none() {
-            let steps: Vec<f64> = rules.iter().map(|(rule, _)| rule.step).collect();
-            let chunks = contexts::choose(pyramid, coefficients, &steps, &mut quantised);
+            let rules: Vec<Rule> = rules.into_iter().map(|(rule, _)| rule).collect();
+            let chunks = contexts::choose(pyramid, coefficients, &rules, &mut quantised);
             return (chunks, quantised);
         }
         for (band, (rule, dead)) in pyramid.bands().iter().zip(rules) {

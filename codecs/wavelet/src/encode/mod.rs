@@ -47,6 +47,7 @@ impl Encoder for WaveletEncoder {
             return Err(EncodeError::Unsupported(problem));
         }
         let range = range_of(source)?;
+        refuse_extremes(range)?;
         let mut shared = Shared {
             filter: options.filter,
             pyramid: Pyramid::new(extent, options.decompositions, options.filter.pads()),
@@ -68,7 +69,10 @@ impl Encoder for WaveletEncoder {
             let coded = match options.target {
                 Target::Lossless => (frame.lossless(), Some(0.0)),
                 Target::Quality(_) => (frame.coded(0.0), None),
-                Target::BitsPerVoxel(bits) => (rate::settle(&frame, bits, &layout, run)?, None),
+                // The range alone decodes a constant volume, whatever its coefficients are.
+                _ if range.max == range.min => (frame.constant(), Some(0.0)),
+                Target::BitsPerVoxel(bits) => (rate::settle(&frame, Some(bits), &layout, run)?, None),
+                Target::Usual => (rate::settle(&frame, None, &layout, run)?, None),
                 Target::Psnr(psnr) => {
                     let found = psnr::settle(&frame, psnr, source, run)?;
                     (found.0, Some(found.1))
@@ -94,9 +98,11 @@ impl Encoder for WaveletEncoder {
         out.shape(LENGTHS, &[channels, shared.chunks() as u64])?;
         out.append_words(STEPS, &steps)?;
         out.shape(STEPS, &[channels])?;
-        out.shape(CHUNKS, &[lengths.iter().map(|n| u64::from(*n)).sum()])?;
+        out.append(CHUNKS, Element::U8, &[0])?;
+        out.shape(CHUNKS, &[lengths.iter().map(|n| u64::from(*n)).sum::<u64>() + 1])?;
         out.parameters_of(&Parameters {
             mode: Mode::Volume,
+            extent: layout.extent.to_array(),
             filter: options.filter,
             decompositions: options.decompositions as u32,
             coder: options.coding,
@@ -106,6 +112,26 @@ impl Encoder for WaveletEncoder {
         })?;
         Ok(EncodeReport { error_bound: error, notes: Vec::new() })
     }
+}
+
+/// Magnitudes from here on leave no room for sums of samples in single precision.
+const LARGEST: f32 = 1e37;
+
+/// Steps of a smaller range would be so small that devices flush them to 0.
+const SMALLEST_SPAN: f64 = 1e-30;
+
+fn refuse_extremes(range: ValueRange) -> Result<(), EncodeError> {
+    let (largest, span) = (range.min.abs().max(range.max.abs()), range.span());
+    if largest > LARGEST {
+        let problem = format!("a sample of {largest:e} leaves no room for sums in single precision; use raw");
+        return Err(EncodeError::Unsupported(problem));
+    }
+    if span > 0.0 && span < SMALLEST_SPAN {
+        let problem =
+            format!("samples that differ by {span:e} at most have steps that devices flush to 0; use raw");
+        return Err(EncodeError::Unsupported(problem));
+    }
+    Ok(())
 }
 
 /// Slices that are read at a time.

@@ -56,8 +56,7 @@ pub fn settle(
     source: &dyn BrickSource,
     run: &Progress<'_>,
 ) -> Result<(Coded, f64), EncodeError> {
-    let range = frame.shared.range;
-    let span = (f64::from(range.max) - f64::from(range.min)).max(f64::from(f32::MIN_POSITIVE));
+    let span = frame.shared.range.span();
     let samples = source.layout().samples_per_frame() as f64;
     let allowed = span * span * 10_f64.powf(-psnr / 10.0);
     // At high rates, the squared error is a twelfth of the step's square.

@@ -40,11 +40,11 @@ impl Sizes {
 
     fn of(frame: &Frame<'_>) -> Self {
         let shared = frame.shared;
-        let unit = f64::from(shared.range.max - shared.range.min).max(f64::from(f32::MIN_POSITIVE));
+        let unit = shared.range.span();
         let mut counts = vec![0; (Self::OCTAVES * PARTS) as usize];
         let last = counts.len() - 1;
         // The rules of the step 1 are one over what coefficients weigh.
-        let rules = rules(shared.filter, &shared.pyramid, 1.0);
+        let rules = rules(shared.filter, &shared.pyramid, 1.0, 0.0);
         for coefficients in &frame.channels {
             for (band, rule) in shared.pyramid.bands().iter().zip(&rules) {
                 let weight = (1.0 / (rule.step * unit)) as f32;
@@ -90,18 +90,22 @@ fn between(over: (f64, f64), under: (f64, f64), bytes: f64) -> f64 {
     over.0 * (under.0 / over.0).powf(part.clamp(0.02, 0.98))
 }
 
-/// The frame within `bits` per voxel of the whole file.
+/// Bits per voxel, and least bytes of a frame, where nothing is asked for.
+const USUAL: (f64, f64) = (1.0, 4096.0);
+
+/// The frame within `bits` per voxel of the whole file, or within the usual size.
 ///
 /// # Errors
 /// When that is less than the smallest frame takes, or the run was cancelled.
 pub fn settle(
     frame: &Frame<'_>,
-    bits: f64,
+    bits: Option<f64>,
     layout: &VolumeLayout,
     run: &Progress<'_>,
 ) -> Result<Coded, EncodeError> {
     let voxels = layout.extent.voxels() as f64;
-    let budget = bits * voxels / 8.0 - HEADER / f64::from(layout.frames);
+    let budget = |bits: f64| bits * voxels / 8.0 - HEADER / f64::from(layout.frames);
+    let budget = bits.map_or_else(|| budget(USUAL.0).max(USUAL.1), budget);
     let sizes = Sizes::of(frame);
     let span = sizes.unit;
     let finest = if layout.sample.is_integer() { FINEST_INTEGER } else { FINEST_FLOAT * span };
@@ -112,7 +116,6 @@ pub fn settle(
     for _ in 0..TRIALS {
         let coded = frame.coded(step as f32);
         let bytes = coded.bytes() as f64;
-        if std::env::var("DBG").is_ok() { eprintln!("step {step} {}", bytes/budget); }
         if bytes <= budget {
             (under, best) = (Some((step, bytes)), Some(coded));
             if bytes >= budget * (1.0 - NEAR) || step <= finest {
@@ -132,10 +135,12 @@ pub fn settle(
         };
     }
     best.ok_or_else(|| {
-        let needed =
-            8.0 * (frame.coded((span * 1e3) as f32).bytes() as f64 + HEADER / f64::from(layout.frames)) / voxels;
+        let needed = 8.0
+            * (frame.coded((span * 1e3) as f32).bytes() as f64 + HEADER / f64::from(layout.frames))
+            / voxels;
         EncodeError::Unsupported(format!(
-            "`bits_per_voxel = {bits}` is less than the {needed:.4} that index and header take"
+            "`bits_per_voxel = {}` is less than the {needed:.4} that index and header take",
+            bits.unwrap_or(USUAL.0)
         ))
     })
 }

@@ -7,7 +7,7 @@ use crate::coders::Coding;
 use crate::quantiser::Scale;
 use crate::transform::Filter;
 
-/// All chunks of all frames and channels, as bytes.
+/// All chunks of all frames and channels, as bytes, and one byte of 0, so that there is always one.
 pub const CHUNKS: &str = "chunks";
 /// Bytes of each chunk, by frame and channel.
 pub const LENGTHS: &str = "lengths";
@@ -23,6 +23,8 @@ pub const MOST_DECOMPOSITIONS: u32 = 12;
 pub struct Parameters {
     /// `volume`: whole volumes, not blocks.
     pub mode: Mode,
+    /// Voxels along x, y and z. They equal the volume's, whose coefficients of another shape would be others.
+    pub extent: [u32; 3],
     /// Filter of the transform.
     pub filter: Filter,
     /// Number of decompositions.

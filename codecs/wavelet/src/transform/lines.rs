@@ -75,17 +75,19 @@ impl Prepared {
 }
 
 /// Place in its half of the sample `at` places from the start of a half. `n` samples are in the line, `odd` says which
-/// half. May lie outside the line.
-fn extended(extension: Extension, at: isize, odd: bool, n: usize) -> usize {
+/// half. May lie outside the line. `None` if a sample there adds nothing: the last sample of a line of odd length,
+/// repeated beyond the end, has no difference from itself.
+fn extended(extension: Extension, at: isize, odd: bool, n: usize) -> Option<usize> {
     let (n, odd) = (n as isize, isize::from(odd));
-    match extension {
+    Some(match extension {
         Extension::Periodic => at.rem_euclid(n / 2) as usize,
+        Extension::HalfSample if odd == 1 && 2 * at + 1 >= n => return None,
         Extension::HalfSample => at.clamp(0, (n - 1 - odd) / 2) as usize,
         Extension::Symmetric => {
             let place = (2 * at + odd).rem_euclid(2 * (n - 1));
             (place.min(2 * (n - 1) - place) / 2) as usize
         }
-    }
+    })
 }
 
 /// Adds `sign · Σ taps · from` to every row of `to`. `odd` says whether `from` is the odd half.
@@ -113,7 +115,9 @@ fn lift(
             taps.iter().zip(&from[start..]).for_each(|(tap, row)| add(*tap, row));
         } else {
             for (k, tap) in taps.iter().enumerate() {
-                add(*tap, &from[extended(extension, i as isize + first + k as isize, odd, n)]);
+                if let Some(at) = extended(extension, i as isize + first + k as isize, odd, n) {
+                    add(*tap, &from[at]);
+                }
             }
         }
         for (to, sum) in to.iter_mut().zip(sum) {
@@ -227,7 +231,7 @@ fn lift_integers(
 ) {
     let n = to.len() + from.len();
     for (i, to) in to.iter_mut().enumerate() {
-        let at = |k: isize| extended(Extension::Symmetric, i as isize + first + k, odd, n);
+        let at = |k| extended(Extension::Symmetric, i as isize + first + k, odd, n).unwrap_or(i);
         let (a, b) = (&from[at(0)], &from[at(1)]);
         for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
             change(to, a.wrapping_add(*b));

@@ -26,6 +26,7 @@ use super::Coder;
 use super::bands::check;
 use super::fault::Fault;
 use super::range::{Decoder, Encoder};
+use crate::quantiser::{Rule, quantised};
 use crate::stream::pyramid::{Band, Pyramid};
 
 /// The coder.
@@ -167,15 +168,13 @@ fn write_all(
     chunks
 }
 
-/// Chooses quantised coefficients, weighing error against bits, and writes them. `steps` are those of the bands, in
+/// Chooses quantised coefficients, weighing error against bits, and writes them. `rules` are those of the bands, in
 /// their order. `out` gets the quantised coefficients. LLL is rounded.
 #[must_use]
-pub fn choose(pyramid: &Pyramid, coefficients: &[f32], steps: &[f64], out: &mut [i32]) -> Vec<Vec<u8>> {
-    let scales: Vec<f32> = steps.iter().map(|step| (1.0 / step) as f32).collect();
-    let lll: Vec<i32> = coefficients[pyramid.bands()[0].range()]
-        .iter()
-        .map(|c| (f64::from(*c) / steps[0]).round() as i32)
-        .collect();
+pub fn choose(pyramid: &Pyramid, coefficients: &[f32], rules: &[Rule], out: &mut [i32]) -> Vec<Vec<u8>> {
+    let scales: Vec<f32> = rules.iter().map(|rule| (1.0 / rule.step) as f32).collect();
+    let first = coefficients[pyramid.bands()[0].range()].iter();
+    let lll: Vec<i32> = first.map(|c| quantised(*c, rules[0], 0.5)).collect();
     let costs = Costs::default();
     write_all(pyramid, out, &lll, |encoder, band, places, part| {
         let coefficients = &coefficients[band.range()][places];

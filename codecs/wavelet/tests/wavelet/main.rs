@@ -1,0 +1,5 @@
+//! Tests of `wavelet` through its public interface.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
+
+mod conformance;
