@@ -75,6 +75,12 @@ pub trait Codec: Send + Sync + Debug {
         settings.block(setting.name).ok()
     }
 
+    /// Who can decode a volume encoded with these (complete) settings. By default everyone who decodes volumes of this
+    /// codec at all. [`CodecInfo::decoded_by`] is the union over all settings.
+    fn decoded_by(&self, _settings: &Settings) -> &'static [DecodedBy] {
+        self.info().decoded_by
+    }
+
     /// An encoder with these settings. They must be complete (defaults filled in) and of the declared kinds.
     ///
     /// # Errors
