@@ -1,3 +1,4 @@
 //! Wavelets of whole volumes.
+pub mod blocks;
 pub mod coders;
 pub mod stream;
