@@ -29,10 +29,9 @@ pub fn encode(
     let range = value_range(source, grid.block(), run)?;
     let search = Search { source, options, range, run };
     let quantiser = search.settle()?;
-    let low = search.extent(&quantiser)?.low();
+    let low = search.sizes(&quantiser)?.low();
     let (blocks, channels) = (grid.blocks().voxels(), u64::from(layout.channels));
     let (mut errors, mut frame_words) = (Errors::NONE, Vec::new());
-    out.append_words(BITS, &[])?;
     for frame in (0..layout.frames).map(FrameIndex) {
         let what = || format!("the table of {blocks} blocks");
         let mut table = memory::zeroed::<u32>(blocks * channels, what)?;
@@ -56,10 +55,10 @@ pub fn encode(
             }
             let rest = waiting.split_off(waiting.len() / 4 * 4);
             let whole = std::mem::replace(&mut waiting, rest);
-            Ok(out.append(BITS, Element::U32, &whole)?)
+            append_bits(out, &whole)
         })?;
         waiting.resize(waiting.len().next_multiple_of(4), 0);
-        out.append(BITS, Element::U32, &waiting)?;
+        append_bits(out, &waiting)?;
         out.append_words(TABLE, &table)?;
         drop(held);
         frame_words.push(bytes.div_ceil(4));
@@ -77,6 +76,14 @@ pub fn encode(
         frame_words,
     })?;
     Ok(EncodeReport { error_bound: Some(errors.measured.error), notes: Vec::new() })
+}
+
+/// Appends bits. A stream of constant blocks has no tensor for them.
+fn append_bits(out: &mut dyn StreamWriter, bytes: &[u8]) -> Result<(), EncodeError> {
+    if !bytes.is_empty() {
+        out.append(BITS, Element::U32, bytes)?;
+    }
+    Ok(())
 }
 
 /// The entry of a block that begins at this byte of its frame.

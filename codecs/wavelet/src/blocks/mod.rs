@@ -12,15 +12,17 @@ mod lift;
 mod quantise;
 mod reader;
 mod rows;
+mod scale;
 mod shape;
+mod sizes;
 mod target;
 mod write;
 
 use serde::{Deserialize, Serialize};
 
 pub use encode::encode;
-pub use quantise::Scale;
 pub use reader::Reader;
+pub use scale::Scale;
 pub use shape::Parameters;
 
 /// Tensor and shader resource: an entry per block.

@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use super::decode::group::Group;
 use super::decode::{CONSTANT, Frame, Head};
 use super::shape::{CHILD_PLACES, Parameters, ROOT_PLACES, Shape};
-use super::write::CHILD_BITS;
 use super::{BITS, Filter, TABLE};
 
 /// A stream that is read. Each entry of its table was checked, so no fetch reads outside.
@@ -20,7 +19,8 @@ pub struct Reader {
     layout: VolumeLayout,
     shape: Shape,
     table: PartedTensor,
-    bits: Tensor,
+    /// `None` if all blocks are constant.
+    bits: Option<Tensor>,
     /// First word of each frame, and the end of the last.
     starts: Vec<usize>,
 }
@@ -46,7 +46,10 @@ impl Reader {
         });
         let ends = ends.ok_or_else(|| DecodeError::Corrupt("frames of more than 2^64 words".to_owned()))?;
         let all = ends.last().copied().unwrap_or_default();
-        let bits = volume.tensor_of_shape(BITS, Element::U32, &[all])?.clone();
+        let bits = match all {
+            0 => None,
+            _ => Some(volume.tensor_of_shape(BITS, Element::U32, &[all])?.clone()),
+        };
         // The tensor has so many words, so they fit.
         let starts = ends.into_iter().map(|end| end as usize).collect();
         let reader = Self { layout, shape, table, bits, starts };
@@ -56,7 +59,8 @@ impl Reader {
 
     fn of_frame(&self, frame: u32) -> Frame<'_> {
         let i = frame as usize;
-        let words = &self.bits.words()[self.starts[i]..self.starts[i + 1]];
+        let words = self.bits.as_ref().map_or(&[][..], Tensor::words);
+        let words = &words[self.starts[i]..self.starts[i + 1]];
         Frame { table: self.table.part(i), words, shape: &self.shape }
     }
 
@@ -78,13 +82,12 @@ fn is_inside(frame: Frame<'_>, entry: u32) -> bool {
     }
     let Some(head) = Head::checked(frame, entry) else { return false };
     let Some((first, root)) = head.root_at() else { return true };
-    let end = 32 * (frame.words.len() - first) as u64;
+    let end = 32 * frame.words.len().saturating_sub(first) as u64;
     let group = |first, bit, places: usize| Group::is_inside(frame.words, first, bit, places as u32, end);
     // The places of the children lie before the root.
     if !group(first, root, ROOT_PLACES) {
         return false;
     }
-    debug_assert!(CHILD_BITS < root + 32);
     frame.shape.edge() == 8
         || (0..8).all(|child| head.child_at(child).is_none_or(|(first, bit)| group(first, bit, CHILD_PLACES)))
 }

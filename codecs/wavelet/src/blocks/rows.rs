@@ -49,6 +49,9 @@ pub fn row(
     let grid = grid(layout, edge as u32);
     let row = BlockRow::read(source, grid.block(), frame, by, bz)?;
     let channels = layout.channels as usize;
+    let [width, height, depth] = grid.blocks().to_array();
+    let rows = frame.0.wrapping_mul(depth).wrapping_add(bz).wrapping_mul(height).wrapping_add(by);
+    let first = rows.wrapping_mul(width);
     let (integers, mut errors) = (layout.sample.is_integer(), Errors::NONE);
     let Scratch { mut vector, mut block, mut coefficients } = Scratch::default();
     for bx in 0..grid.blocks().x() {
@@ -59,7 +62,7 @@ pub fn row(
             block.clear();
             block.extend(vector.iter().skip(c).step_by(channels).map(|v| quantiser.scale.integer(*v)));
             forward(quantiser.filter, edge, &mut block);
-            quantiser.quantise(&block, &mut coefficients);
+            quantiser.quantise(&block, first.wrapping_add(bx), &mut coefficients);
             each(&coefficients);
             if !measures {
                 continue;

@@ -6,7 +6,7 @@ use cvr_core::volume::{Extent, VolumeLayout};
 use serde::{Deserialize, Serialize};
 
 use super::Filter;
-use super::quantise::Scale;
+use super::scale::Scale;
 
 /// Places of the first group of a block: of its levels of 1, 2³ and 4³ places.
 pub const ROOT_PLACES: usize = 73;

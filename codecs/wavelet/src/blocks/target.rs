@@ -4,66 +4,22 @@ use cvr_core::codec::{EncodeError, Progress};
 use cvr_core::metrics::psnr_db;
 use cvr_core::volume::{BrickSource, ValueRange};
 
-use super::quantise::{BIT_PRICE, Quantiser, Scale};
+use super::quantise::{BIT_PRICE, Quantiser};
 use super::rows::{Errors, over_rows, row};
+use super::scale::Scale;
 use super::shape::grid;
-use super::write::{Coded, Size};
+use super::sizes::Sizes;
+use super::write::Coded;
 use super::{Options, Target};
 
 /// A rate is used up to this fraction. Limit: 1 % is promised.
 const USED: f64 = 0.996;
 /// Steps that differ by this factor are alike. Derived: 0.01 dB.
 const ALIKE: f64 = 1.001;
-/// Most steps, and most prices, that are tried between two. Limit.
+/// Most steps, and most shares of blocks, that are tried between two. Limit.
 const TRIES: usize = 16;
-/// At this price every place of −1, 0 and 1 is dropped. Derived: each bit saves less than a square of a step.
-const DEAREST: f64 = 2.0;
 /// Factor between steps while both ends are searched.
 const REACH: f64 = 4.0;
-
-/// Low-pass coefficients of the blocks that have bits, and the size of a stream.
-#[derive(Clone, Debug)]
-pub struct Extent {
-    /// Lowest and highest. The lowest is above the highest if no block has bits.
-    low: i32,
-    high: i32,
-    /// Number of blocks by the bits of their root beyond whole bytes.
-    beyond: [u64; 8],
-    bytes: u64,
-}
-
-impl Extent {
-    const NONE: Self = Self { low: i32::MAX, high: i32::MIN, beyond: [0; 8], bytes: 0 };
-
-    fn add(&mut self, coded: &Coded) {
-        let Some(Size { root, children }) = coded.size() else { return };
-        (self.low, self.high) = (self.low.min(coded.low()), self.high.max(coded.low()));
-        self.beyond[(root % 8) as usize] += 1;
-        self.bytes += u64::from(root / 8 + children);
-    }
-
-    fn and(mut self, other: &Self) -> Self {
-        (self.low, self.high) = (self.low.min(other.low), self.high.max(other.high));
-        self.beyond.iter_mut().zip(other.beyond).for_each(|(beyond, other)| *beyond += other);
-        self.bytes += other.bytes;
-        self
-    }
-
-    /// What low-pass coefficients count from, and their bits.
-    pub const fn low(&self) -> (i32, u32) {
-        if self.low > self.high {
-            return (0, 0);
-        }
-        (self.low, 32 - self.high.wrapping_sub(self.low).leading_zeros())
-    }
-
-    /// Bytes of the bits of all blocks.
-    fn bytes(&self) -> u64 {
-        let (_, width) = self.low();
-        let of = |(beyond, count): (usize, &u64)| count * u64::from((beyond as u32 + width).div_ceil(8));
-        self.bytes + self.beyond.iter().enumerate().map(of).sum::<u64>()
-    }
-}
 
 /// The search for a step.
 pub struct Search<'a> {
@@ -75,16 +31,14 @@ pub struct Search<'a> {
 
 impl Search<'_> {
     /// The sizes of a stream with this quantiser.
-    pub fn extent(&self, quantiser: &Quantiser) -> Result<Extent, EncodeError> {
-        let mut all = Extent::NONE;
+    pub fn sizes(&self, quantiser: &Quantiser) -> Result<Sizes, EncodeError> {
+        let mut all = Sizes::NONE;
         let of_row = |frame, by, bz| {
-            let mut extent = Extent::NONE;
-            row(self.source, quantiser, (frame, by, bz), false, |c| extent.add(&Coded::of(c)))?;
-            Ok(extent)
+            let mut sizes = Sizes::NONE;
+            row(self.source, quantiser, (frame, by, bz), false, |c| sizes.add(&Coded::of(c)))?;
+            Ok(sizes)
         };
-        over_rows(self.source, self.options.block, self.run, of_row, |extent| {
-            all = all.clone().and(&extent)
-        })?;
+        over_rows(self.source, self.options.block, self.run, of_row, |sizes| all = all.clone().and(&sizes))?;
         Ok(all)
     }
 
@@ -94,7 +48,7 @@ impl Search<'_> {
         let entries = grid(layout, self.options.block).blocks().voxels() * u64::from(layout.channels);
         // Each frame ends on a word.
         let frames = u64::from(layout.frames);
-        Ok(8.0 * (self.extent(quantiser)?.bytes() + frames * (4 * entries + 3)) as f64)
+        Ok(8.0 * (self.sizes(quantiser)?.bytes() + frames * (4 * entries + 3)) as f64)
     }
 
     fn errors(&self, quantiser: &Quantiser) -> Result<Errors, EncodeError> {
@@ -144,13 +98,9 @@ impl Search<'_> {
 
     /// The quantiser of a step in data units.
     fn quantiser(&self, step: f64) -> Quantiser {
-        // What is dropped errs by more than half a step.
-        self.priced(step, if matches!(self.options.target, Target::MaxError(_)) { 0.0 } else { BIT_PRICE })
-    }
-
-    /// The same with another price of a bit.
-    fn priced(&self, step: f64, price: f64) -> Quantiser {
         let scale = Scale::of(self.source.layout().sample, self.range, false);
+        // What is dropped errs by more than half a step.
+        let price = if matches!(self.options.target, Target::MaxError(_)) { 0.0 } else { BIT_PRICE };
         let units = f64::from(1_u32 << scale.fraction) / f64::from(scale.unit);
         Quantiser::of_step(self.options, scale, step * units, price)
     }
@@ -174,24 +124,23 @@ impl Search<'_> {
         })?;
         let [met, missed] = step;
         let mut settled = self.quantiser(met);
-        // In a volume of few blocks, bits jump from step to step. Then a higher price uses up more of the rate at a step
-        // that missed it.
-        let (mut low, mut high) = (BIT_PRICE, DEAREST);
+        // Where bits jump between the two steps, some blocks have the dead zone of the one that met the rate.
+        let (mut most_wide, mut least_wide) = (u32::MAX, 0);
         let mut used = self.bits(&settled)?;
         for _ in 0..TRIES {
             if missed >= met || used >= USED * most {
                 break;
             }
-            let price = 0.5 * (low + high);
-            let dearer = self.priced(missed, price);
-            let bits = self.bits(&dearer)?;
+            let wider = least_wide + (most_wide - least_wide) / 2;
+            let shared = Quantiser { wider, ..self.quantiser(missed) };
+            let bits = self.bits(&shared)?;
             if bits > most {
-                low = price;
+                least_wide = wider;
                 continue;
             }
-            high = price;
+            most_wide = wider;
             if bits > used {
-                (settled, used) = (dearer, bits);
+                (settled, used) = (shared, bits);
             }
         }
         Ok(settled)

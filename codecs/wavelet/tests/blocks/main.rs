@@ -5,5 +5,6 @@
 mod codec;
 mod coding;
 mod conformance;
+mod hostile;
 mod real_volumes;
 mod targets;

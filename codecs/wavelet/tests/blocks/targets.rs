@@ -29,7 +29,7 @@ fn worst(volume: &FiniteVolume, decoded: &[f32]) -> f64 {
     pairs.map(|(s, d)| (f64::from(s) - f64::from(*d)).abs()).fold(0.0, f64::max)
 }
 
-/// Bits of these few blocks jump from step to step. Real volumes are held to 1 %.
+/// Many coefficients of the first volume are equal, so bits jump from step to step.
 #[test]
 fn a_rate_is_used_up_and_not_exceeded() {
     for volume in [smooth(), floats()] {
@@ -37,7 +37,7 @@ fn a_rate_is_used_up_and_not_exceeded() {
             for rate in [1.0, 2.5, 4.0] {
                 let stream = encoded(&volume, &of(method, "rate", &rate.to_string())).unwrap();
                 let bits = 8.0 * stream.payload_bytes() as f64 / volume.layout().voxels() as f64;
-                assert!(bits <= rate && bits >= 0.97 * rate, "{method:?}: {bits} of {rate}");
+                assert!(bits <= rate && bits >= 0.99 * rate, "{method:?}: {bits} of {rate}");
             }
         }
     }
