@@ -81,6 +81,11 @@ pub trait Codec: Send + Sync + Debug {
         self.info().decoded_by
     }
 
+    /// Whether a volume encoded with these (complete) settings can be decoded at `site`.
+    fn offers(&self, settings: &Settings, site: Site) -> bool {
+        site.offered_by(self.decoded_by(settings))
+    }
+
     /// An encoder with these settings. They must be complete (defaults filled in) and of the declared kinds.
     ///
     /// # Errors

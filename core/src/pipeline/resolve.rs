@@ -267,9 +267,9 @@ pub fn unsupported(
     settings: &Settings,
     (site, filter): (Site, Filter),
 ) -> Option<Reason> {
-    let (info, decoders) = (codec.info(), codec.decoded_by(settings));
-    if !site.offered_by(decoders) {
-        let offered = Site::ALL.into_iter().filter(|site| site.offered_by(decoders)).collect();
+    let info = codec.info();
+    if !codec.offers(settings, site) {
+        let offered = Site::ALL.into_iter().filter(|site| codec.offers(settings, *site)).collect();
         return Some(Reason::Site { codec: info.id.to_owned(), site, offered });
     }
     match filter {

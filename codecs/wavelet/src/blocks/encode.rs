@@ -12,7 +12,7 @@ use super::rows::{Errors, row};
 use super::shape::{Mode, Parameters, grid};
 use super::target::Search;
 use super::write::Coded;
-use super::{BITS, Options, TABLE};
+use super::{BITS, Options, TABLE, Target};
 
 /// Encodes a volume in blocks.
 ///
@@ -25,6 +25,9 @@ pub fn encode(
     run: &Progress<'_>,
 ) -> Result<EncodeReport, EncodeError> {
     let layout = source.layout();
+    if !matches!(options.block, 8 | 16) {
+        return Err(EncodeError::Unsupported(format!("blocks of {}: use 8 or 16", options.block)));
+    }
     let grid = grid(layout, options.block);
     let range = value_range(source, grid.block(), run)?;
     let search = Search { source, options, range, run };
@@ -63,6 +66,15 @@ pub fn encode(
         drop(held);
         frame_words.push(bytes.div_ceil(4));
     }
+    let error = errors.measured.error;
+    match options.target {
+        Target::MaxError(most) if error > most => {
+            return Err(EncodeError::Failed(format!(
+                "an error of {error} remains where {most} was promised"
+            )));
+        }
+        _ => {}
+    }
     out.shape(TABLE, &[u64::from(layout.frames), channels, blocks])?;
     out.parameters_of(&Parameters {
         mode: Mode::Blocks,
@@ -75,7 +87,7 @@ pub fn encode(
         low_bits: low.1,
         frame_words,
     })?;
-    Ok(EncodeReport { error_bound: Some(errors.measured.error), notes: Vec::new() })
+    Ok(EncodeReport { error_bound: Some(error), notes: Vec::new() })
 }
 
 /// Appends bits. A stream of constant blocks has no tensor for them.

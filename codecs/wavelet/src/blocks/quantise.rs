@@ -5,13 +5,13 @@ use super::scale::Scale;
 use super::shape::{Coefficients, KIND, for_places, levels};
 use super::{Filter, Options};
 
-/// A coefficient counts from this fraction of a step on, in 256ths: dead zone. Tuned on bonsai.
+/// A coefficient counts from this fraction of a step on, in 256ths: dead zone. Tuned on bonsai and lidc_chest.
 const ROUNDING: i64 = 120;
 /// The same for blocks with a wider dead zone: 1.5 % of a step wider. Derived: more than steps that count as alike differ.
 const WIDER: i64 = 116;
 /// What a bit costs more in them. Derived: as for the dead zone.
 const DEARER: f64 = 1.02;
-/// Squared error, in squares of a step, that a bit must save. Tuned on bonsai.
+/// Squared error, in squares of a step, that a bit must save. Tuned on bonsai and lidc_chest.
 pub const BIT_PRICE: f64 = 0.12;
 
 /// Steps of all coefficients, and how they are chosen from.
@@ -69,7 +69,9 @@ impl Quantiser {
                 *q = rounded(block[at], steps[kind], rounding);
                 most = most.max(q.unsigned_abs());
             }
-            if most == 1 && price > 0.0 && value_of_bits(place, |slot| block[at[slot]], steps) <= price {
+            // Steps of 1 lose nothing.
+            let may_drop = most == 1 && price > 0.0 && steps[0] > 1;
+            if may_drop && value_of_bits(place, |slot| block[at[slot]], steps) <= price {
                 *place = [0; 7];
             }
         });
