@@ -8,7 +8,7 @@ use cvr_core::kit::{FetchVoxels, Voxel, fill_from_blocks};
 use cvr_core::render::Cell;
 use cvr_core::volume::Region;
 
-use self::group::{Group, Record};
+use self::group::{ALL, Group, Record};
 use super::bits::take;
 use super::lift::inverse;
 use super::shape::{CHILD_PLACES, KIND, ROOT_PLACES, SLOT, Shape, for_places, levels, place_of};
@@ -103,11 +103,14 @@ impl<'a> Head<'a> {
         })
     }
 
-    /// A coefficient of a record, in integers of the transform.
+    /// The coefficients of a record by slot, times their steps. Only those of the slots in `wanted` are read.
     #[inline]
-    fn coefficient(&self, record: Record, level: usize, slot: usize) -> i32 {
-        let q = record.coefficient(self.frame.words, self.first, slot as u32);
-        q.wrapping_mul(self.frame.shape.steps[level][KIND[slot]])
+    fn coefficients(&self, record: Record, level: usize, wanted: u32) -> [i32; 7] {
+        let mut out = record.coefficients(self.frame.words, self.first, wanted);
+        for (q, kind) in out.iter_mut().zip(KIND) {
+            *q = q.wrapping_mul(self.frame.shape.steps[level][kind]);
+        }
+        out
     }
 
     /// The integer at a position.
@@ -141,8 +144,9 @@ impl<'a> Head<'a> {
             for_places(edge, |number, level, at| {
                 let (group, place) = shape::split(number);
                 let record = groups[group].record(place as u32);
-                for (slot, at) in at.into_iter().enumerate().filter(|_| !record.is_empty()) {
-                    block[at] = self.coefficient(record, level, slot);
+                if !record.is_empty() {
+                    let all = self.coefficients(record, level, ALL);
+                    at.into_iter().zip(all).for_each(|(at, coefficient)| block[at] = coefficient);
                 }
             });
             inverse(self.frame.shape.filter, edge, &mut block);

@@ -161,28 +161,39 @@ fn wavelet_record(group: wavelet_Group, place: u32) -> wavelet_Record {
     return wavelet_Record(at, form);
 }
 
-// A quantised coefficient of a record.
-fn wavelet_coefficient(first: u32, record: wavelet_Record, slot: u32) -> i32 {
+// The coefficients of a record by slot, times their steps. Only those of the slots in `wanted` are read, the others are 0.
+fn wavelet_coefficients(first: u32, record: wavelet_Record, level: u32, wanted: u32) -> array<i32, 7> {
     let form = record.form;
-    if (form & 0x8000u) != 0u {
-        let mask = wavelet_take(first, record.bit, 7u);
-        let nth = countOneBits(mask & ((1u << slot) - 1u));
-        let width = (form >> 5u) & 31u;
-        if ((mask >> slot) & 1u) == 0u || nth >= (form & 7u) {
-            return 0;
-        }
-        let number = wavelet_take(first, record.bit + 7u + nth * width, width);
-        let magnitude = i32(number >> 1u) + 1;
-        return select(magnitude, -magnitude, (number & 1u) == 1u);
-    }
+    let is_sparse = (form & 0x8000u) != 0u;
     let widths = vec3<u32>(form & 31u, (form >> 5u) & 31u, form >> 10u);
-    let width = widths[wavelet_kind(slot)];
-    if width == 0u {
-        return 0;
+    var at = record.bit;
+    var mask = 0x7fu;
+    if is_sparse {
+        mask = wavelet_take(first, at, 7u);
+        at += 7u;
     }
-    let bit = record.bit + min(slot, 3u) * widths.x + (max(slot, 3u) - 3u) * widths.y;
-    let number = wavelet_take(first, bit, width) << (32u - width);
-    return bitcast<i32>(number) >> (32u - width);
+    // A stream may set more bits than it has room for.
+    var left = select(7u, form & 7u, is_sparse);
+    var out: array<i32, 7>;
+    for (var slot = 0u; slot < 7u; slot++) {
+        if ((mask >> slot) & 1u) == 0u || left == 0u {
+            continue;
+        }
+        left--;
+        let width = select(widths[wavelet_kind(slot)], widths.y, is_sparse);
+        if ((wanted >> slot) & 1u) == 1u && (width > 0u || is_sparse) {
+            let number = wavelet_take(first, at, width);
+            var q = i32(number >> 1u) + 1;
+            if !is_sparse {
+                q = bitcast<i32>(number << (32u - width)) >> (32u - width);
+            } else if (number & 1u) == 1u {
+                q = -q;
+            }
+            out[slot] = q * wavelet_step(level, slot);
+        }
+        at += width;
+    }
+    return out;
 }
 
 // How many axes of a slot are high-pass, less one.

@@ -53,16 +53,17 @@ fn wavelet_window(
                 }
                 // 0, 1 or 2: the position before, that of the first sample, the one after.
                 let nth = p + 1u - i;
+                // No low-pass coefficient is needed before the first.
+                var wanted = select(0x7fu, 0x59u, nth.x == 0u) & select(0x7fu, 0x6au, nth.y == 0u);
+                wanted &= select(0x7fu, 0x74u, nth.z == 0u);
+                var high = wavelet_coefficients(head.first, record, level, wanted);
                 for (var axes = 1u; axes < 8u; axes++) {
                     let is_high = (vec3<u32>(axes) >> vec3<u32>(0u, 1u, 2u)) & vec3<u32>(1u);
-                    // No low-pass coefficient is needed before the first.
-                    if any((is_high + nth) == vec3<u32>(0u)) {
-                        continue;
-                    }
-                    let at = nth + 3u * is_high - 1u;
                     let slot = wavelet_slot(axes);
-                    let q = wavelet_coefficient(head.first, record, slot);
-                    c[at.x + 5u * at.y + 25u * at.z] = q * wavelet_step(level, slot);
+                    if ((wanted >> slot) & 1u) == 1u {
+                        let at = nth + 3u * is_high - 1u;
+                        c[at.x + 5u * at.y + 25u * at.z] = high[slot];
+                    }
                 }
             }
         }

@@ -34,9 +34,9 @@ fn wavelet_walk(head: wavelet_Head, root: wavelet_Group, inside: vec3<u32>) -> i
         }
         var c: array<i32, 8>;
         c[0] = value;
+        var high = wavelet_coefficients(head.first, record, level, 0x7fu);
         for (var axes = 1u; axes < 8u; axes++) {
-            let slot = wavelet_slot(axes);
-            c[axes] = wavelet_coefficient(head.first, record, slot) * wavelet_step(level, slot);
+            c[axes] = high[wavelet_slot(axes)];
         }
         value = wavelet_eighth(c, side);
     }

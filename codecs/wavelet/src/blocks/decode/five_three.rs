@@ -1,9 +1,13 @@
 //! 5/3: the twin of five_three.wgsl. Two neighbouring samples along an axis need two low-pass coefficients and three
 //! high-pass ones. So a window of 2×2×2 samples needs one of a level coarser, and at most 117 coefficients.
 
+use super::group::ALL;
 use super::{Group, Head, place, slot};
 use crate::blocks::lift::correction;
 use crate::blocks::shape::levels;
+
+/// Slots that are high-pass along x, along y and along z.
+const HIGH: [u32; 3] = [0x59, 0x6a, 0x74];
 
 /// Two neighbouring samples, of which the first is sample `t` of a line with `m` coefficients of each half. Low-pass
 /// coefficients from `t / 2` on, high-pass ones from one before.
@@ -56,14 +60,12 @@ fn window(
                 }
                 // 0, 1 or 2: the position before, that of the first sample, the one after.
                 let nth = [0, 1, 2].map(|a| p[a] + 1 - i[a]);
-                for axes in 1..8_usize {
-                    let is_high = [0, 1, 2].map(|a| (axes >> a & 1) as u32);
-                    // No low-pass coefficient is needed before the first.
-                    if (0..3).any(|a| is_high[a] + nth[a] == 0) {
-                        continue;
-                    }
-                    let at = [0, 1, 2].map(|a| nth[a] + 3 * is_high[a] - 1);
-                    c[index(at)] = head.coefficient(record, level, slot(axes));
+                // No low-pass coefficient is needed before the first.
+                let wanted = (0..3).filter(|a| nth[*a] == 0).fold(ALL, |wanted, a| wanted & HIGH[a]);
+                let high = head.coefficients(record, level, wanted);
+                for axes in (1..8_usize).filter(|axes| wanted >> slot(*axes) & 1 == 1) {
+                    let at = [0, 1, 2].map(|a| nth[a] + 3 * (axes >> a & 1) as u32 - 1);
+                    c[index(at)] = high[slot(axes)];
                 }
             }
         }
@@ -111,4 +113,18 @@ pub fn corners(head: &Head<'_>, inside: [u32; 3], size: [u32; 3]) -> [i32; 8] {
 #[inline]
 pub fn one(head: &Head<'_>, inside: [u32; 3]) -> i32 {
     corners(head, inside, [0; 3])[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blocks::shape::AXES;
+
+    #[test]
+    fn slots_are_high_along_their_axes() {
+        for (a, high) in HIGH.into_iter().enumerate() {
+            let slots = (0..7).filter(|slot| AXES[*slot] >> a & 1 == 1).map(|slot| 1 << slot);
+            assert_eq!(slots.sum::<u32>(), high);
+        }
+    }
 }

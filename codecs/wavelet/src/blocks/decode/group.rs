@@ -5,6 +5,9 @@ use crate::blocks::classes::FORMAT_BITS;
 use crate::blocks::shape::KIND;
 use crate::blocks::write::CODE_BITS;
 
+/// All slots.
+pub const ALL: u32 = 0x7f;
+
 /// The classes of a group.
 #[derive(Copy, Clone, Debug)]
 pub struct Group {
@@ -122,28 +125,37 @@ impl Record {
         self.format == 0
     }
 
-    /// A quantised coefficient.
+    /// The quantised coefficients by slot. Only those of the slots in `wanted` are read, the others are 0.
     #[inline]
-    pub fn coefficient(self, words: &[u32], first: usize, slot: u32) -> i32 {
-        let Self { bit, format } = self;
-        if format & 0x8000 != 0 {
-            let mask = take(words, first, bit, 7);
-            let nth = (mask & ((1 << slot) - 1)).count_ones();
-            let width = format >> 5 & 31;
-            // A stream may set more bits than it has room for.
-            if mask >> slot & 1 == 0 || nth >= format & 7 {
-                return 0;
-            }
-            let number = take(words, first, bit + 7 + nth * width, width);
-            let magnitude = (number >> 1) as i32 + 1;
-            return if number & 1 == 1 { -magnitude } else { magnitude };
-        }
+    pub fn coefficients(self, words: &[u32], first: usize, wanted: u32) -> [i32; 7] {
+        let Self { bit: mut at, format } = self;
+        let is_sparse = format & 0x8000 != 0;
         let widths = [format & 31, format >> 5 & 31, format >> 10];
-        let width = widths[KIND[slot as usize]];
-        if width == 0 {
-            return 0;
+        let mut mask = ALL;
+        if is_sparse {
+            mask = take(words, first, at, 7);
+            at += 7;
         }
-        let bit = bit + slot.min(3) * widths[0] + slot.saturating_sub(3) * widths[1];
-        (take(words, first, bit, width) << (32 - width)) as i32 >> (32 - width)
+        // A stream may set more bits than it has room for.
+        let mut left = if is_sparse { format & 7 } else { 7 };
+        let mut out = [0; 7];
+        for (slot, out) in out.iter_mut().enumerate() {
+            if mask >> slot & 1 == 0 || left == 0 {
+                continue;
+            }
+            left -= 1;
+            let width = if is_sparse { widths[1] } else { widths[KIND[slot]] };
+            if wanted >> slot & 1 == 1 && (width > 0 || is_sparse) {
+                let number = take(words, first, at, width);
+                *out = if is_sparse {
+                    let magnitude = (number >> 1) as i32 + 1;
+                    if number & 1 == 1 { -magnitude } else { magnitude }
+                } else {
+                    (number << (32 - width)) as i32 >> (32 - width)
+                };
+            }
+            at += width;
+        }
+        out
     }
 }

@@ -1,5 +1,6 @@
 //! Haar: the twin of haar.wgsl. A voxel needs one record of each level.
 
+use super::group::ALL;
 use super::{Group, Head, place, slot};
 use crate::blocks::shape::levels;
 
@@ -35,8 +36,9 @@ fn walk(head: &Head<'_>, root: &Group, inside: [u32; 3]) -> i32 {
             continue;
         }
         let mut c = [value; 8];
+        let high = head.coefficients(record, level, ALL);
         for (axes, c) in c.iter_mut().enumerate().skip(1) {
-            *c = head.coefficient(record, level, slot(axes));
+            *c = high[slot(axes)];
         }
         value = eighth(c, side);
     }
