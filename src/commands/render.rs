@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::str::FromStr as _;
 use std::sync::Arc;
 
-use cvr_core::codec::{Block, Codec, Decoder, Site, encode_temporary};
+use cvr_core::codec::{Block, Codec, Decoder, Settings, Site, encode_temporary};
 use cvr_core::pipeline::{undrawable, unsupported};
 use cvr_core::render::DecodedFrame;
 use cvr_core::volume::{FrameIndex, Level, Replaced, ValueRange};
@@ -87,8 +87,9 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     let scene = args.scene.scene()?;
     let opened = open(args, names)?;
     let (codec, decoder, level) = (opened.codec.info().id, opened.decoder.as_ref(), opened.level);
-    let refused = unsupported(names.codecs(), opened.codec.info(), args.site, args.scene.filter)
-        .or_else(|| undrawable(&args.renderer, args.site, names.known().renderers));
+    let refused =
+        unsupported(names.codecs(), opened.codec.as_ref(), &opened.settings, (args.site, args.scene.filter))
+            .or_else(|| undrawable(&args.renderer, args.site, names.known().renderers));
     if let Some(reason) = refused {
         return Err(BadInput(reason.to_string()));
     }
@@ -161,6 +162,8 @@ fn range(
 /// The volume or stream to draw.
 struct Source {
     codec: Arc<dyn Codec>,
+    /// Settings of the encoder.
+    settings: Settings,
     decoder: Arc<dyn Decoder>,
     level: Level,
     /// The codec's block, if it has one.
@@ -187,7 +190,7 @@ fn open(args: &Args, names: &Names) -> Result<Source, BadInput> {
     let level = args.level.of(codec.as_ref(), &spec.settings)?;
     let block = codec.block(&spec.settings);
     let (replaced, notes) = (spec.replaced, spec.report.notes.clone());
-    Ok(Source { codec, decoder, level, block, replaced, notes })
+    Ok(Source { settings: spec.settings.clone(), codec, decoder, level, block, replaced, notes })
 }
 
 /// The help of `--site`.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::str::FromStr as _;
 use std::sync::Arc;
 
-use cvr_core::codec::{Decoder, FrameStore, Site, encode_temporary};
+use cvr_core::codec::{Decoder, FrameStore, Settings, Site, encode_temporary};
 use cvr_core::pipeline::{undrawable, unsupported};
 use cvr_core::render::Plan;
 use cvr_core::shader::{BindingLimits, Request, generate};
@@ -74,9 +74,9 @@ pub fn run(args: &Args) -> Result<ExitCode, BadInput> {
 pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     args.memory.allow();
     let renderer = renderer(&args.renderer).map_err(BadInput)?;
-    let (codec, decoder, level) = open(args, names)?;
-    let info = names.codecs().get(&codec)?.info();
-    let refused = unsupported(names.codecs(), info, args.site, args.scene.filter)
+    let (codec, settings, decoder, level) = open(args, names)?;
+    let known = names.codecs().get(&codec)?.as_ref();
+    let refused = unsupported(names.codecs(), known, &settings, (args.site, args.scene.filter))
         .or_else(|| undrawable(&args.renderer, args.site, names.known().renderers));
     if let Some(reason) = refused {
         return Err(BadInput(reason.to_string()));
@@ -90,11 +90,15 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn open(args: &Args, names: &Names) -> Result<(String, Arc<dyn Decoder>, Level), BadInput> {
+/// Id, settings, decoder and level of the volume.
+type Source = (String, Settings, Arc<dyn Decoder>, Level);
+
+fn open(args: &Args, names: &Names) -> Result<Source, BadInput> {
     if let Some(file) = args.file.as_ref().filter(|f| is_container(f)) {
         let opened = Opened::open(file, names, FrameStore::DEFAULT_MB)?;
         let level = args.level.of(opened.codec.as_ref(), &opened.stream.spec().settings)?;
-        return Ok((opened.codec.info().id.to_owned(), opened.decoder, level));
+        let settings = opened.stream.spec().settings.clone();
+        return Ok((opened.codec.info().id.to_owned(), settings, opened.decoder, level));
     }
     let codec = names.codecs().get(&args.codec)?;
     let volume = match &args.file {
@@ -110,7 +114,7 @@ fn open(args: &Args, names: &Names) -> Result<(String, Arc<dyn Decoder>, Level),
     let level = args.level.of(codec.as_ref(), &settings)?;
     let stream = encode_temporary(codec.as_ref(), &settings, &volume)?;
     let decoder = FrameStore::open_mb(codec.decoder(Arc::new(stream))?.into(), FrameStore::DEFAULT_MB);
-    Ok((args.codec.clone(), decoder, level))
+    Ok((args.codec.clone(), settings, decoder, level))
 }
 
 fn text(

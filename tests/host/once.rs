@@ -51,8 +51,10 @@ mod tests {
         let names = Names::new().unwrap();
         for codec in names.codecs().iter() {
             let (info, volume) = (codec.info(), varied([7, 5, 6], SampleType::U8, 1));
-            let decoder = opened(codec.as_ref(), &info.default_settings(), &volume);
-            for site in [Site::Inline, Site::Deferred].into_iter().filter(|site| info.offers(*site)) {
+            let settings = info.complete(&info.default_settings()).unwrap();
+            let decoder = opened(codec.as_ref(), &settings, &volume);
+            let sites = [Site::Inline, Site::Deferred].into_iter();
+            for site in sites.filter(|site| codec.offers(&settings, *site)) {
                 let text = |layout: &VolumeLayout| {
                     let request = Request {
                         program: &Program::dump(cvr_shaders::DUMP),

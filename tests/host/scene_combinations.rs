@@ -122,7 +122,8 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
         for (codec, channels) in &codecs {
             let id = codec.info().id;
             let volume = varied([17, 9, 20], SampleType::U8, *channels);
-            let decoder = opened(codec.as_ref(), &codec.info().default_settings(), &volume);
+            let settings = codec.info().complete(&codec.info().default_settings()).unwrap();
+            let decoder = opened(codec.as_ref(), &settings, &volume);
             // Pass, filter and source determine the text of a shader.
             let mut distinct: HashMap<(Pipeline, Site, String), (Filter, TextureSampling)> = HashMap::new();
             for label in labels(info) {
@@ -139,7 +140,8 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
                         (Site::Ring, TextureSampling::Manual),
                         (Site::Ring, TextureSampling::Hardware),
                     ] {
-                        if !codec.info().offers(site) || site == Site::Ring && !info.draws_layers(&label) {
+                        if !codec.offers(&settings, site) || site == Site::Ring && !info.draws_layers(&label)
+                        {
                             continue; // refused before a plan is asked for
                         }
                         let plan = match site {

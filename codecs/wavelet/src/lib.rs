@@ -3,6 +3,7 @@
 //! After S. Guthe and W. Straßer, Real-time Decompression and Visualization of Animated Volume Data, IEEE Visualization
 //! 2001, section 2, and beyond it. This crate's README.md specifies the stream and lists the differences.
 
+pub mod blocks;
 pub mod coders;
 pub mod decode;
 mod encode;
@@ -16,18 +17,23 @@ pub mod transform;
 use std::sync::Arc;
 
 use cvr_core::codec::{
-    Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Settings,
+    Block, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, Decoder, Encoder, Paper, Settings,
+    check_stream,
 };
 use cvr_core::container::EncodedVolume;
+use serde::Deserialize;
 
+use encode::{BlockEncoder, WaveletEncoder};
+use reader::Reader;
 use settings::Options;
+use stream::parameters::Mode;
 
 static INFO: CodecInfo = CodecInfo {
     id: "wavelet",
     summary: "wavelet transform of the whole volume, quantised and entropy-coded; or of blocks that decode on their own",
     stream_version: 1,
-    decoded_by: &[DecodedBy::Passes, DecodedBy::Cpu],
-    fetch_cell: false,
+    decoded_by: &[DecodedBy::Shader, DecodedBy::Passes, DecodedBy::Cpu],
+    fetch_cell: true,
     paper: Some(Paper {
         authors: "S. Guthe, W. Straßer",
         title: "Real-time Decompression and Visualization of Animated Volume Data",
@@ -52,18 +58,50 @@ impl Codec for Wavelet {
         &INFO
     }
 
+    /// Whole volumes are decoded by passes, blocks by a snippet.
+    fn decoded_by(&self, settings: &Settings) -> &'static [DecodedBy] {
+        if is_blocks(settings) {
+            &[DecodedBy::Shader, DecodedBy::Cpu]
+        } else {
+            &[DecodedBy::Passes, DecodedBy::Cpu]
+        }
+    }
+
     /// The full resolution and one for each decomposition. Blocks have one.
     fn resolutions(&self, settings: &Settings) -> u8 {
-        let [block, decompositions] =
-            ["block", "decompositions"].map(|name| settings.integer(name).unwrap_or(0));
-        if block > 0 { 1 } else { decompositions as u8 + 1 }
+        if is_blocks(settings) { 1 } else { settings.integer("decompositions").unwrap_or(0) as u8 + 1 }
+    }
+
+    fn block(&self, settings: &Settings) -> Option<Block> {
+        let edge = settings.integer("block").ok().filter(|edge| *edge > 0)?;
+        edge.to_string().parse().ok()
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
-        Ok(Box::new(encode::WaveletEncoder { options: Options::new(settings)? }))
+        let options = Options::new(settings)?;
+        Ok(if options.block > 0 {
+            Box::new(BlockEncoder(options))
+        } else {
+            Box::new(WaveletEncoder { options })
+        })
     }
 
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
-        Ok(Box::new(reader::Reader::open(&volume)?))
+        check_stream(&volume, &INFO)?;
+        Ok(match volume.parameters::<Stored>()?.mode {
+            Mode::Volume => Box::new(Reader::open(&volume)?),
+            Mode::Blocks => Box::new(blocks::Reader::open(&volume)?),
+        })
     }
+}
+
+/// Whether these settings ask for blocks.
+fn is_blocks(settings: &Settings) -> bool {
+    settings.integer("block").is_ok_and(|edge| edge > 0)
+}
+
+/// What tells the streams of whole volumes and of blocks apart.
+#[derive(Deserialize)]
+struct Stored {
+    mode: Mode,
 }

@@ -2,14 +2,11 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use cvr_core::codec::{
-    DecodeError, DecodedForm, DecodedFrame, Decoder, FrameDecode, check_key_at, check_stream,
-};
+use cvr_core::codec::{DecodeError, DecodedForm, DecodedFrame, Decoder, FrameDecode, check_key_at};
 use cvr_core::container::{Element, EncodedVolume, Tensor};
 use cvr_core::memory;
 use cvr_core::volume::{BrickKey, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout};
 
-use crate::INFO;
 use crate::decode::Shared;
 use crate::passes::Texts;
 use crate::stream::parameters::{CHUNKS, LENGTHS, MOST_DECOMPOSITIONS, Parameters, STEPS};
@@ -35,7 +32,6 @@ impl Reader {
     /// # Errors
     /// When the stream contradicts itself.
     pub fn open(volume: &EncodedVolume) -> Result<Self, DecodeError> {
-        check_stream(volume, &INFO)?;
         let corrupt = |problem: String| Err(DecodeError::Corrupt(problem));
         let layout = volume.spec().layout.clone();
         let parameters: Parameters = volume.parameters()?;

@@ -39,7 +39,7 @@ pub const SETTINGS: &[Setting] = &[
     Setting {
         name: "bits_per_voxel",
         doc: "bits per voxel of the whole file, at most and within 1 %, the same for each frame; 0 = no such target; \
-              where nothing is asked for, 5-3 is lossless and the other filters take 1 bit, and 4 KB at least",
+              where nothing is asked for, 5-3 and blocks of integers are lossless, and all others take 1 bit, 4 KB at least",
         kind: SettingKind::Float { min: 0.0, max: 96.0 },
         default: "0.0",
     },

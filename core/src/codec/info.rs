@@ -22,7 +22,8 @@ pub struct CodecInfo {
     pub summary: &'static str,
     /// Version of the stream that the encoder writes. Decoders read it and all earlier versions.
     pub stream_version: u32,
-    /// Who can decode its volumes. The sites follow from it: see [`CodecInfo::offers`].
+    /// Who can decode its volumes, with some settings at least: see [`super::Codec::decoded_by`]. The sites follow from
+    /// it: see [`CodecInfo::offers`].
     pub decoded_by: &'static [DecodedBy],
     /// Whether the snippet declares `<id>_fetch_cell`, which filter `optimised-linear` needs.
     pub fetch_cell: bool,
@@ -50,16 +51,10 @@ impl CodecInfo {
         settings.complete_by(&format!("codec `{}`", self.id), self.settings)
     }
 
-    /// Whether volumes of this codec can be decoded at `site`. A shader that decodes one voxel also decodes a whole
-    /// frame: a pass calls it for every voxel.
+    /// Whether volumes of this codec can be decoded at `site`, with some settings at least.
     #[must_use]
     pub fn offers(&self, site: Site) -> bool {
-        let can = |by| self.decoded_by.contains(&by);
-        match site.decoded_by() {
-            DecodedBy::Shader => can(DecodedBy::Shader),
-            DecodedBy::Passes => can(DecodedBy::Passes) || can(DecodedBy::Shader),
-            DecodedBy::Cpu => can(DecodedBy::Cpu),
-        }
+        site.offered_by(self.decoded_by)
     }
 
     /// All sites that this codec offers, in the order of [`Site::ALL`].

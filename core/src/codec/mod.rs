@@ -75,6 +75,17 @@ pub trait Codec: Send + Sync + Debug {
         settings.block(setting.name).ok()
     }
 
+    /// Who can decode a volume encoded with these (complete) settings. By default everyone who decodes volumes of this
+    /// codec at all. [`CodecInfo::decoded_by`] is the union over all settings.
+    fn decoded_by(&self, _settings: &Settings) -> &'static [DecodedBy] {
+        self.info().decoded_by
+    }
+
+    /// Whether a volume encoded with these (complete) settings can be decoded at `site`.
+    fn offers(&self, settings: &Settings, site: Site) -> bool {
+        site.offered_by(self.decoded_by(settings))
+    }
+
     /// An encoder with these settings. They must be complete (defaults filled in) and of the declared kinds.
     ///
     /// # Errors

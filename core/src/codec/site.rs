@@ -95,6 +95,20 @@ sites! {
     Host = "host", Frame, Cpu, "on the CPU, into a texture";
 }
 
+impl Site {
+    /// Whether these decoders can decode at this site. A shader that decodes one voxel also decodes a whole frame: a pass
+    /// calls it for every voxel.
+    #[must_use]
+    pub fn offered_by(self, decoders: &[DecodedBy]) -> bool {
+        let can = |by| decoders.contains(&by);
+        match self.decoded_by() {
+            DecodedBy::Shader => can(DecodedBy::Shader),
+            DecodedBy::Passes => can(DecodedBy::Passes) || can(DecodedBy::Shader),
+            DecodedBy::Cpu => can(DecodedBy::Cpu),
+        }
+    }
+}
+
 impl std::fmt::Display for Site {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())

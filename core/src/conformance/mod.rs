@@ -48,7 +48,7 @@ pub fn run(codec: &dyn Codec, dump: Option<&dyn VoxelDump>) -> Report {
 #[must_use]
 pub fn run_with(codec: &dyn Codec, settings: &[Settings], dump: Option<&dyn VoxelDump>) -> Report {
     let mut report = Report::new(codec.info().id);
-    report.has_shader = has_shader(codec);
+    report.has_shader = has_shader(codec, settings);
     for settings in settings {
         match codec.info().complete(settings) {
             Ok(settings) => run_one(codec, &settings, dump, &mut report),
@@ -65,7 +65,7 @@ pub fn run_with(codec: &dyn Codec, settings: &[Settings], dump: Option<&dyn Voxe
 #[must_use]
 pub fn run_shaders(codec: &dyn Codec, settings: &[Settings], dump: &dyn VoxelDump) -> Report {
     let mut report = Report::new(codec.info().id);
-    report.has_shader = has_shader(codec);
+    report.has_shader = has_shader(codec, settings);
     for settings in settings {
         let settings = match codec.info().complete(settings) {
             Ok(settings) => settings,
@@ -95,9 +95,10 @@ fn chosen(codec: &dyn Codec, settings: &Settings) -> impl Iterator<Item = Subjec
     subjects(volumes::block_of(codec, settings)).into_iter().filter(|subject| subject.tamper).step_by(3)
 }
 
-/// Whether a shader of the codec decodes its volumes.
-fn has_shader(codec: &dyn Codec) -> bool {
-    codec.info().decoded_by.iter().any(|by| by.on_device())
+/// Whether a shader of the codec decodes volumes of any of these settings, which may be partial.
+fn has_shader(codec: &dyn Codec, settings: &[Settings]) -> bool {
+    let mut complete = settings.iter().filter_map(|settings| codec.info().complete(settings).ok());
+    complete.any(|settings| codec.decoded_by(&settings).iter().any(|by| by.on_device()))
 }
 
 /// An encoded subject, and the data that the properties compare it with.
@@ -109,6 +110,10 @@ struct Case<'a> {
 }
 
 fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>, report: &mut Report) {
+    let unlisted = codec.decoded_by(settings).iter().find(|by| !codec.info().decoded_by.contains(by));
+    report.check(Property::Module, unlisted.is_none(), || {
+        format!("with these settings it is decoded by {unlisted:?}, which info does not list")
+    });
     let refused_before = report.refused;
     let mut encoded = 0;
     let pools = match (pool(1), pool(4)) {
@@ -140,7 +145,8 @@ fn run_one(codec: &dyn Codec, settings: &Settings, dump: Option<&dyn VoxelDump>,
             parity::check(&case, dump, report);
         }
     }
-    if dump.is_some() && encoded > 0 && report.shader_not_run() {
+    let on_device = codec.decoded_by(settings).iter().any(|by| by.on_device());
+    if dump.is_some() && on_device && encoded > 0 && report.shader_not_run() {
         report
             .fail(Property::Parity, "there is a device, and not one sample went through a shader".to_owned());
     }

@@ -10,13 +10,13 @@ use crate::volume::{FrameIndex, Level};
 /// Dumps every frame through `fetch`, through `fetch_cell` if there is one, and through the codec's own passes if there
 /// are any.
 pub fn check(case: &Case<'_>, dump: &dyn VoxelDump, report: &mut Report) {
-    let info = case.codec.info();
+    let (info, by) = (case.codec.info(), case.codec.decoded_by(case.settings));
     let Ok(decoder) = case.codec.decoder(Arc::clone(&case.stream)) else { return };
     let decoder = FrameStore::open(decoder.into(), u64::MAX);
     let (voxel, frame) = (decoder.shader(), decoder.frame_decode());
-    let lacks_voxel = voxel.is_none() && info.decoded_by.contains(&DecodedBy::Shader);
+    let lacks_voxel = voxel.is_none() && by.contains(&DecodedBy::Shader);
     report.check(Property::Parity, !lacks_voxel, || "site inline, but no shader".to_owned());
-    let lacks_frame = voxel.is_none() && frame.is_none() && info.decoded_by.contains(&DecodedBy::Passes);
+    let lacks_frame = voxel.is_none() && frame.is_none() && by.contains(&DecodedBy::Passes);
     report
         .check(Property::Parity, !lacks_frame, || "site deferred, but neither passes nor shader".to_owned());
     let mut paths: Vec<Path> = Vec::new();

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 
 use super::{Cell, CodecSweep, Experiment, Known, PipelineAxes, Sweep};
-use crate::codec::{Codec, CodecInfo, Granularity, Registry, Settings, Site};
+use crate::codec::{Codec, Granularity, Registry, Settings, Site};
 use crate::render::{Filter, RendererInfo};
 
 /// Limits of this machine and build. By default there are none.
@@ -181,7 +181,9 @@ pub fn resolve(experiment: &Experiment, known: &Known<'_>, capabilities: &Capabi
                         .clone()
                         .or_else(|| renderer_problem(renderer, known))
                         .or_else(|| {
-                            codec.codec.and_then(|c| unsupported(known.codecs, c.info(), site, filter))
+                            let unsupported =
+                                |c| unsupported(known.codecs, c, &codec.settings, (site, filter));
+                            codec.codec.and_then(unsupported)
                         })
                         .or_else(|| codec.codec.and_then(|c| missing_level(c, &codec.settings, level)))
                         .or_else(|| undrawable(renderer, site, known.renderers))
@@ -256,11 +258,18 @@ fn renderer_problem(renderer: &str, known: &Known<'_>) -> Option<Reason> {
     (!known.renderers.iter().any(|info| info.id == id)).then(missing)
 }
 
-/// Why a codec does not offer a site with a filter. `None` if it does. The reason names codecs of `codecs` that do.
+/// Why a codec with these (complete) settings does not offer a site with a filter. `None` if it does. The reason names
+/// codecs of `codecs` that do.
 #[must_use]
-pub fn unsupported(codecs: &Registry, info: &CodecInfo, site: Site, filter: Filter) -> Option<Reason> {
-    if !info.offers(site) {
-        let offered = info.offered().collect();
+pub fn unsupported(
+    codecs: &Registry,
+    codec: &dyn Codec,
+    settings: &Settings,
+    (site, filter): (Site, Filter),
+) -> Option<Reason> {
+    let info = codec.info();
+    if !codec.offers(settings, site) {
+        let offered = Site::ALL.into_iter().filter(|site| codec.offers(settings, *site)).collect();
         return Some(Reason::Site { codec: info.id.to_owned(), site, offered });
     }
     match filter {

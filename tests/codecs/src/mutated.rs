@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use cvr_core::codec::{
-    Agreement, Block, BlockTexture, Codec, CodecInfo, ConfigError, DecodeError, DecodedForm, Decoder,
-    Encoder, Resource, Settings, ShaderDecode, WgslModule,
+    Agreement, Block, BlockTexture, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, DecodedForm,
+    Decoder, Encoder, Resource, Settings, ShaderDecode, WgslModule,
 };
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{
@@ -63,6 +63,10 @@ impl Codec for MutatedCodec {
 
     fn block(&self, settings: &Settings) -> Option<Block> {
         self.inner.block(settings)
+    }
+
+    fn decoded_by(&self, settings: &Settings) -> &'static [DecodedBy] {
+        self.inner.decoded_by(settings)
     }
 
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {

@@ -1,5 +1,6 @@
 //! The encoder of whole volumes: each channel of each frame is transformed, quantised and coded on its own.
 
+mod blocks;
 mod bound;
 mod frame;
 mod psnr;
@@ -10,6 +11,7 @@ use cvr_core::container::{Element, StreamWriter};
 use cvr_core::volume::{BrickSource, Extent, FrameIndex, Region, ValueRange, VolumeLayout};
 use rayon::prelude::*;
 
+pub use self::blocks::BlockEncoder;
 use self::frame::{Coded, Frame};
 use crate::decode::Shared;
 use crate::settings::{Options, Target};

@@ -91,7 +91,7 @@ fn between(over: (f64, f64), under: (f64, f64), bytes: f64) -> f64 {
 }
 
 /// Bits per voxel, and least bytes of a frame, where nothing is asked for.
-const USUAL: (f64, f64) = (1.0, 4096.0);
+pub const USUAL: (f64, f64) = (1.0, 4096.0);
 
 /// The frame within `bits` per voxel of the whole file, or within the usual size.
 ///

@@ -21,7 +21,7 @@ pub const MOST_DECOMPOSITIONS: u32 = 12;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// `volume`: whole volumes, not blocks.
+    /// Whole volumes.
     pub mode: Mode,
     /// Voxels along x, y and z. They equal the volume's, whose coefficients of another shape would be others.
     pub extent: [u32; 3],
@@ -47,4 +47,6 @@ pub struct Parameters {
 pub enum Mode {
     /// Whole volumes.
     Volume,
+    /// Blocks that decode on their own.
+    Blocks,
 }

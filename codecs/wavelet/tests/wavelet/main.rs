@@ -2,4 +2,5 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, which a failed unwrap fails")]
 
+mod blocks;
 mod conformance;

@@ -41,6 +41,11 @@ impl Codec for FakeCodec {
         if settings.integer("index_bits") == Ok(4) { 2 } else { 1 }
     }
 
+    /// Blocks of 32 are decoded by the CPU alone.
+    fn decoded_by(&self, settings: &Settings) -> &'static [DecodedBy] {
+        if settings.text("block") == Ok("32") { &[DecodedBy::Cpu] } else { self.0.decoded_by }
+    }
+
     fn encoder(&self, settings: &Settings) -> Result<Box<dyn Encoder>, ConfigError> {
         #[derive(Debug)]
         struct Never;

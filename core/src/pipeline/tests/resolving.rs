@@ -163,6 +163,30 @@ fn a_ring_comes_with_inline_and_with_renderers_that_draw_layer_by_layer() {
 }
 
 #[test]
+fn settings_decide_which_sites_a_codec_offers() {
+    let set = [
+        "codec.s3dc.block=[16, 32]",
+        "codec.s3dc.index_bits=2",
+        "pipeline.site=[\"inline\", \"deferred\", \"host\"]",
+        "pipeline.filter=linear",
+    ];
+    let resolution = resolved(EXAMPLE, &set, &Capabilities::default());
+    let of_s3dc = |text: String| -> String {
+        text.lines().filter(|line| line.contains("-s3dc-")).collect::<Vec<_>>().join("\n")
+    };
+    insta::assert_snapshot!(of_s3dc(ids(&resolution)), @r#"
+    bonsai-s3dc-block=16,index_bits=2-front-raycasting-inline-linear
+    bonsai-s3dc-block=16,index_bits=2-front-raycasting-deferred-linear
+    bonsai-s3dc-block=16,index_bits=2-front-raycasting-host-linear
+    bonsai-s3dc-block=32,index_bits=2-front-raycasting-host-linear
+    "#);
+    insta::assert_snapshot!(of_s3dc(reasons(&resolution)), @r#"
+    bonsai-s3dc-block=32,index_bits=2-front-raycasting-inline-linear: codec s3dc cannot be decoded at site inline; it offers: host
+    bonsai-s3dc-block=32,index_bits=2-front-raycasting-deferred-linear: codec s3dc cannot be decoded at site deferred; it offers: host
+    "#);
+}
+
+#[test]
 fn stages_are_an_axis_of_codecs_that_have_them() {
     let set = ["pipeline.stages=[\"all\", 1, 3, 4]", "pipeline.site=host", "pipeline.filter=linear"];
     let resolution =
