@@ -35,9 +35,12 @@ fn main() {
     let Some(folder) = folder() else { return };
     let mut arguments = std::env::args().skip(1);
     let names = arguments.next().unwrap_or_else(|| "bonsai".to_owned());
-    let pairs = arguments.map(|a| a.split_once('=').map(|(n, v)| (n.to_owned(), SettingValue::from(v))).unwrap());
+    let pairs =
+        arguments.map(|a| a.split_once('=').map(|(n, v)| (n.to_owned(), SettingValue::from(v))).unwrap());
     let settings: Settings = pairs.collect();
-    println!("| volume | settings | bits per voxel | PSNR dB | encode s | decode s |\n|---|---|---|---|---|---|");
+    println!(
+        "| volume | settings | bits per voxel | PSNR dB | encode s | decode s |\n|---|---|---|---|---|---|"
+    );
     for name in names.split(',') {
         let volume = volume_of(&folder, name);
         let layout = volume.layout().clone();
@@ -47,7 +50,8 @@ fn main() {
             let frames = (0..layout.frames).map(FrameIndex);
             frames.map(|f| decode_frame(decoder.as_ref(), f, &NoReferences).unwrap()).collect::<Vec<_>>()
         });
-        let bits = 8.0 * stream.file_bytes() as f64 / (layout.extent.voxels() as f64 * f64::from(layout.frames));
+        let bits =
+            8.0 * stream.file_bytes() as f64 / (layout.extent.voxels() as f64 * f64::from(layout.frames));
         let psnr = VolumeError::compare(&volume, decoded).psnr_db;
         println!("| {name} | {settings} | {bits:.4} | {psnr:.3} | {encode:.3} | {decode:.3} |");
     }
