@@ -4,3 +4,5 @@
 
 mod blocks;
 mod conformance;
+mod real_volumes;
+mod targets;
