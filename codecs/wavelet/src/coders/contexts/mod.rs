@@ -260,3 +260,64 @@ fn read_first(
 fn range(bands: &[Band]) -> std::ops::Range<usize> {
     bands.first().map_or(0, |band| band.start)..bands.last().map_or(0, |band| band.range().end)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// More coefficients than the first chunk and one slab hold.
+    fn large() -> (Pyramid, Vec<i32>) {
+        let pyramid = Pyramid::new([200, 190, 130], 3, false);
+        let value = |i: usize| {
+            let h = (i as u32).wrapping_mul(0x9e37_79b9);
+            // Quiet stretches, small numbers, and few large ones.
+            match h >> 24 {
+                0..180 if i / 4096 % 3 < 2 => 0,
+                255 => h as i32 >> 8,
+                n => (n % 7) as i32 - 3,
+            }
+        };
+        let coefficients = (0..pyramid.coefficients(3)).map(value).collect();
+        (pyramid, coefficients)
+    }
+
+    #[test]
+    fn slabs_come_back_and_coarse_levels_read_no_finer_ones() {
+        let (pyramid, coefficients) = large();
+        let chunks = Contexts.encode(&pyramid, &coefficients);
+        assert_eq!(chunks.len(), Contexts.chunks(&pyramid));
+        assert!(chunks.len() > 3, "{} chunks", chunks.len());
+        for levels in 0..=3 {
+            let mut chunks: Vec<&[u8]> = chunks.iter().map(Vec::as_slice).collect();
+            if levels < 3 {
+                // Bytes that no decoder would take.
+                *chunks.last_mut().unwrap() = &[0xff; 40];
+            }
+            let mut out = vec![0; pyramid.coefficients(levels)];
+            Contexts.decode(&pyramid, levels, &chunks, &mut out).unwrap();
+            assert!(out == coefficients[..out.len()], "{levels} levels");
+        }
+    }
+
+    #[test]
+    fn what_is_chosen_is_what_is_read_at_any_number_of_threads() {
+        let (pyramid, coefficients) = large();
+        let exact: Vec<f32> = coefficients.iter().map(|c| *c as f32 * 0.9 + 0.3).collect();
+        let rules = vec![Rule { offset: 0.0, step: 1.3 }; pyramid.bands().len()];
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut out = vec![0; exact.len()];
+            let chunks = pool.install(|| choose(&pyramid, &exact, &rules, &mut out));
+            (chunks, out)
+        };
+        let (chunks, chosen) = with(1);
+        assert!((chunks.clone(), chosen.clone()) == with(3));
+        let mut out = vec![0; exact.len()];
+        let chunks: Vec<&[u8]> = chunks.iter().map(Vec::as_slice).collect();
+        Contexts.decode(&pyramid, 3, &chunks, &mut out).unwrap();
+        assert!(out == chosen);
+        // None is further from its coefficient than one step and a half.
+        let near = |(c, q): (&f32, &i32)| (f64::from(*c) / 1.3 - f64::from(*q)).abs() <= 1.5 + 1e-4;
+        assert!(exact.iter().zip(&chosen).all(near));
+    }
+}
