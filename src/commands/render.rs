@@ -46,8 +46,8 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     scene: SceneArgs,
-    #[arg(long, default_value = "inline", value_parser = Site::from_str, help = site_help())]
-    site: Site,
+    #[arg(long, value_parser = Site::from_str, help = format!("{} [default: the first that the codec offers]", site_help()))]
+    site: Option<Site>,
     /// The renderer and its settings that differ from the defaults, as slicing,geometry=axis; see `cvr renderers`.
     #[arg(long, default_value = "raycasting")]
     renderer: String,
@@ -87,9 +87,11 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     let scene = args.scene.scene()?;
     let opened = open(args, names)?;
     let (codec, decoder, level) = (opened.codec.info().id, opened.decoder.as_ref(), opened.level);
+    let offered = || Site::ALL.into_iter().find(|site| opened.codec.offers(&opened.settings, *site));
+    let site = args.site.or_else(offered).unwrap_or(Site::Host);
     let refused =
-        unsupported(names.codecs(), opened.codec.as_ref(), &opened.settings, (args.site, args.scene.filter))
-            .or_else(|| undrawable(&args.renderer, args.site, names.known().renderers));
+        unsupported(names.codecs(), opened.codec.as_ref(), &opened.settings, (site, args.scene.filter))
+            .or_else(|| undrawable(&args.renderer, site, names.known().renderers));
     if let Some(reason) = refused {
         return Err(BadInput(reason.to_string()));
     }
@@ -109,7 +111,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
         target: &target,
         renderer: renderer.as_ref(),
         view: &view,
-        site: args.site,
+        site,
         expected: &expected,
         check: !args.no_check,
     };

@@ -46,8 +46,8 @@ pub enum Filter {
 pub enum Target {
     /// Every sample as it is. Integers only.
     Lossless,
-    /// At most so many bits per voxel, of all channels and tensors together. Less than 1 % below it, unless the volume is
-    /// lossless with less.
+    /// At most so many bits per voxel of the whole file, all channels together. Less than 1 % below it, unless the volume
+    /// is lossless with less.
     BitsPerVoxel(f64),
     /// At least this PSNR in dB, with as few bits as the step allows.
     Psnr(f64),

@@ -4,6 +4,8 @@ use cvr_core::codec::{EncodeError, Progress};
 use cvr_core::metrics::psnr_db;
 use cvr_core::volume::{BrickSource, ValueRange};
 
+use crate::stream::HEADER;
+
 use super::quantise::{BIT_PRICE, Quantiser};
 use super::rows::{Errors, over_rows, row};
 use super::scale::Scale;
@@ -73,7 +75,7 @@ impl Search<'_> {
             // An integer that errs by less than 1 does not err.
             Target::MaxError(most) if sample.is_integer() && most < 1.0 => return Ok(exact()),
             Target::BitsPerVoxel(rate) => {
-                let most = rate * self.source.layout().voxels() as f64;
+                let most = rate * self.source.layout().voxels() as f64 - 8.0 * HEADER;
                 if sample.is_integer() && self.bits(&exact())? <= most {
                     return Ok(exact());
                 }
@@ -114,7 +116,8 @@ impl Search<'_> {
         })?;
         let step = found.map_err(|step| match bits(step) {
             Ok(bits) => {
-                let (least, block) = (bits / self.source.layout().voxels() as f64, self.options.block);
+                let voxels = self.source.layout().voxels() as f64;
+                let (least, block) = ((bits + 8.0 * HEADER) / voxels, self.options.block);
                 let larger = if block == 8 { ", or use blocks of 16" } else { "" };
                 EncodeError::Unsupported(format!(
                     "blocks of {block} need at least {least:.4} bits per voxel for this volume: allow more{larger}"

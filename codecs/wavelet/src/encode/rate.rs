@@ -5,9 +5,7 @@ use cvr_core::volume::VolumeLayout;
 
 use super::frame::{Coded, Frame};
 use crate::quantiser::rules;
-
-/// Bytes of the container's header, about. It is a multiple of 2048.
-const HEADER: f64 = 2048.0;
+use crate::stream::HEADER;
 
 /// A size within this fraction below the budget is near enough. Limit.
 const NEAR: f64 = 0.0095;

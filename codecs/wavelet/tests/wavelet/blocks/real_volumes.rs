@@ -8,10 +8,10 @@ use cvr_core::volume::{BrickSource as _, FiniteVolume};
 
 use super::codec::{METHODS, decoded, encoded, of};
 
-/// PSNR, and bits per voxel of all tensors.
+/// PSNR, and bits per voxel of the whole file.
 fn measured(volume: &FiniteVolume, method: (&str, &str), rate: f64) -> (f64, f64) {
     let stream = encoded(volume, &of(method, "rate", &rate.to_string())).unwrap();
-    let bits = 8.0 * stream.payload_bytes() as f64 / volume.layout().voxels() as f64;
+    let bits = 8.0 * stream.file_bytes() as f64 / volume.layout().voxels() as f64;
     (VolumeError::compare(volume, [decoded(&stream)]).psnr_db, bits)
 }
 
