@@ -4,3 +4,7 @@
 
 mod blocks;
 mod conformance;
+mod hostile;
+mod resolutions;
+mod streams;
+mod whole;

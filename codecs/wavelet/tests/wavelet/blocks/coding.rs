@@ -1,7 +1,7 @@
 //! Properties of streams: nothing is lost without loss, constant blocks cost their entries, and threads change nothing.
 
 use cvr_codec_tests::{bytes, hash};
-use cvr_core::codec::{Codec as _, EncodeError, Progress, encode_file};
+use cvr_core::codec::{Codec as _, Progress, encode_file};
 use cvr_core::container::Element;
 use cvr_core::kit::{FetchVoxels as _, StreamReader as _};
 use cvr_core::volume::{
