@@ -88,7 +88,7 @@ fn means(volume: &FiniteVolume, edge: usize) -> Vec<f32> {
 #[test]
 fn decode_writes_each_resolution() {
     // Voxels of Haar are means of boxes. Those of the others lie half a voxel beside them, and more at each level.
-    for (filter, most) in [("haar", 1.5), ("cdf-9-7", 15.0), ("5-3", 15.0)] {
+    for (filter, most) in [("haar", 1.5), ("cdf-9-7", 20.0), ("5-3", 20.0)] {
         let folder = Folder::new();
         let volume = container(&folder, filter);
         let decode = |out: &str, resolution: &str| {

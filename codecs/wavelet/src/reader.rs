@@ -22,10 +22,17 @@ pub struct Reader {
     starts: Vec<usize>,
     /// Steps of all frames and channels.
     pub(crate) steps: Vec<f32>,
-    /// The frame used last, with its resolution. All boxes of a frame share its transform.
-    latest: Mutex<Option<((FrameIndex, u8), Arc<DecodedFrame>)>>,
+    /// The frame used last. All boxes of a frame share its transform.
+    latest: Mutex<Option<Latest>>,
     /// Of the passes on a device.
     pub(crate) texts: Texts,
+}
+
+/// A decoded frame, with its number and resolution.
+#[derive(Debug)]
+struct Latest {
+    key: (FrameIndex, u8),
+    frame: Arc<DecodedFrame>,
 }
 
 impl Reader {
@@ -98,17 +105,16 @@ impl Reader {
 
     /// The whole frame at a resolution. Frames that are decoded at the same time wait for each other.
     fn frame(&self, frame: FrameIndex, resolution: u8) -> Result<Arc<DecodedFrame>, DecodeError> {
-        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((key, decoded)) = &*latest
-            && *key == (frame, resolution)
-        {
-            return Ok(decoded.clone());
+        let (mut latest, key) =
+            (self.latest.lock().unwrap_or_else(PoisonError::into_inner), (frame, resolution));
+        if let Some(kept) = latest.as_ref().filter(|kept| kept.key == key) {
+            return Ok(kept.frame.clone());
         }
         // Two frames at a time are one too many.
         *latest = None;
-        let decoded = Arc::new(self.decoded(frame, resolution)?);
-        *latest = Some(((frame, resolution), decoded.clone()));
-        Ok(decoded)
+        let frame = Arc::new(self.decoded(frame, resolution)?);
+        *latest = Some(Latest { key, frame: frame.clone() });
+        Ok(frame)
     }
 
     fn decoded(&self, frame: FrameIndex, resolution: u8) -> Result<DecodedFrame, DecodeError> {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use cvr_core::codec::{
     Agreement, Block, BlockTexture, Codec, CodecInfo, ConfigError, DecodeError, DecodedBy, DecodedForm,
-    Decoder, Encoder, Resource, Settings, ShaderDecode, WgslModule,
+    Decoder, Encoder, FrameDecode, FramePasses, Resource, Settings, ShaderDecode, WgslModule,
 };
 use cvr_core::container::EncodedVolume;
 use cvr_core::volume::{
@@ -37,7 +37,8 @@ pub struct Mutated {
     pub mutation: Mutation,
 }
 
-/// A codec whose decoders have a wrong snippet: `from`, which must occur, is replaced by `to`.
+/// A codec whose decoders have a wrong snippet, or wrong passes if they have no snippet: `from`, which must occur, is
+/// replaced by `to`.
 #[derive(Debug)]
 pub struct MutatedCodec {
     /// The right one.
@@ -74,7 +75,11 @@ impl Codec for MutatedCodec {
     }
 
     fn decoder(&self, volume: Arc<EncodedVolume>) -> Result<Box<dyn Decoder>, DecodeError> {
-        Ok(Box::new(Mutated::snippet(self.inner.decoder(volume)?, self.from, self.to)))
+        let inner = self.inner.decoder(volume)?;
+        Ok(match inner.shader() {
+            Some(_) => Box::new(Mutated::snippet(inner, self.from, self.to)),
+            None => Box::new(MutatedPasses { inner, from: self.from, to: self.to }),
+        })
     }
 }
 
@@ -152,5 +157,62 @@ impl ShaderDecode for Mutated {
             words.to_mut()[word] ^= 1 << bit;
         }
         Ok(resources)
+    }
+}
+
+/// A decoder whose passes are wrong: `from`, which must occur in one of them, is replaced by `to`.
+#[derive(Debug)]
+struct MutatedPasses {
+    inner: Box<dyn Decoder>,
+    from: &'static str,
+    to: &'static str,
+}
+
+impl Decoder for MutatedPasses {
+    fn layout(&self) -> &VolumeLayout {
+        self.inner.layout()
+    }
+
+    fn decode_brick(
+        &self,
+        key: BrickKey,
+        references: &dyn ReferenceFrames,
+        out: &mut [f32],
+    ) -> Result<(), DecodeError> {
+        self.inner.decode_brick(key, references, out)
+    }
+
+    fn value_range(&self, key: BrickKey) -> Option<ValueRange> {
+        self.inner.value_range(key)
+    }
+
+    fn decoded_form(&self) -> DecodedForm {
+        self.inner.decoded_form()
+    }
+
+    fn frame_decode(&self) -> Option<&dyn FrameDecode> {
+        Some(self)
+    }
+}
+
+impl FrameDecode for MutatedPasses {
+    fn passes(&self, frame: FrameIndex, level: Level) -> Result<FramePasses<'_>, DecodeError> {
+        let mut passes = self.inner.frame_decode().unwrap().passes(frame, level)?;
+        let all = passes.passes.iter_mut();
+        let changed = all.filter(|pass| pass.module.source.contains(self.from)).map(|pass| {
+            // A few texts of a test may stay in memory until it ends.
+            pass.module.source = String::leak(pass.module.source.replace(self.from, self.to));
+        });
+        // Coarse resolutions may need other passes.
+        assert!(
+            changed.count() > 0 || level.resolution > 0,
+            "the passes have changed: none holds `{}`",
+            self.from
+        );
+        Ok(passes)
+    }
+
+    fn agreement(&self) -> Agreement {
+        self.inner.frame_decode().unwrap().agreement()
     }
 }

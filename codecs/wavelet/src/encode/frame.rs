@@ -59,7 +59,10 @@ impl<'a> Frame<'a> {
         let mut planes: Vec<Vec<f32>> = (0..channels).map(|_| Vec::with_capacity(voxels as usize)).collect();
         for_slabs(source, index, |values| {
             for (c, plane) in planes.iter_mut().enumerate() {
-                plane.extend(values.iter().skip(c).step_by(channels));
+                match channels {
+                    1 => plane.extend_from_slice(values),
+                    _ => plane.extend(values.iter().skip(c).step_by(channels)),
+                }
             }
         })?;
         let channels = planes.into_iter().map(|plane| shared.forward(plane)).collect();
@@ -69,10 +72,21 @@ impl<'a> Frame<'a> {
     /// The frame under a step: the squared error of a sample is about a twelfth of its square.
     #[must_use]
     pub fn coded(&self, step: f32) -> Coded {
-        let shared = self.shared;
-        let (channels, quantised) =
-            self.channels.iter().map(|coefficients| shared.code(coefficients, step)).unzip();
-        Coded { step, channels, quantised }
+        let mut quantised = Vec::new();
+        let coded = self.coded_in(step, &mut quantised);
+        Coded { quantised, ..coded }
+    }
+
+    /// The same, without quantised coefficients: they stay in `room`, which the next call may use again.
+    #[must_use]
+    pub fn coded_in(&self, step: f32, room: &mut Vec<Vec<i32>>) -> Coded {
+        room.resize(self.channels.len(), Vec::new());
+        let pairs = self.channels.iter().zip(room);
+        let code = |(coefficients, quantised): (&Vec<f32>, &mut Vec<i32>)| {
+            quantised.resize(coefficients.len(), 0);
+            self.shared.code(coefficients, step, quantised)
+        };
+        Coded { step, channels: pairs.map(code).collect(), quantised: Vec::new() }
     }
 
     /// A frame of a constant volume, under a step so large that its coefficients are all small. With a bound, no sample
@@ -109,9 +123,9 @@ impl Shared {
         coefficients.into_par_iter().map(|c| c as f32).collect()
     }
 
-    /// Chunks and quantised coefficients of a channel.
-    fn code(&self, coefficients: &[f32], step: f32) -> (Vec<Vec<u8>>, Vec<i32>) {
-        let (pyramid, mut quantised) = (&self.pyramid, vec![0; coefficients.len()]);
+    /// Chunks of a channel. `quantised` gets its quantised coefficients.
+    fn code(&self, coefficients: &[f32], step: f32, quantised: &mut [i32]) -> Vec<Vec<u8>> {
+        let pyramid = &self.pyramid;
         let rules: Vec<(Rule, f64)> = match self.paper {
             Some(quality) => {
                 let rules = quantiser::paper(self.filter, pyramid, quality, self.range);
@@ -121,13 +135,12 @@ impl Shared {
         };
         if self.coding == Coding::Contexts && self.paper.is_none() {
             let rules: Vec<Rule> = rules.into_iter().map(|(rule, _)| rule).collect();
-            let chunks = contexts::choose(pyramid, coefficients, &rules, &mut quantised);
-            return (chunks, quantised);
+            return contexts::choose(pyramid, coefficients, &rules, quantised);
         }
         for (band, (rule, dead)) in pyramid.bands().iter().zip(rules) {
             let pairs = quantised[band.range()].par_iter_mut().zip(&coefficients[band.range()]);
             pairs.for_each(|(q, c)| *q = quantiser::quantised(*c, rule, dead));
         }
-        (self.coding.coder().encode(pyramid, &quantised), quantised)
+        self.coding.coder().encode(pyramid, quantised)
     }
 }

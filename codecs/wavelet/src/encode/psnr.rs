@@ -12,6 +12,15 @@ const NEAR: f64 = 0.004;
 /// Most trials. Limit.
 const TRIALS: usize = 16;
 
+/// Steps below this share of the range are below what single precision resolves.
+const FINEST: f64 = 1e-7;
+
+/// The step between two others at which a line over its logarithm gives `psnr`, away from both ends.
+fn between(low: (f64, f64), high: (f64, f64), psnr: f64) -> f64 {
+    let part = (low.1 - psnr) / (low.1 - high.1);
+    low.0 * (high.0 / low.0).powf(part.clamp(0.1, 0.9))
+}
+
 /// Squared error and largest error of decoded channels, integers rounded.
 pub struct Measured {
     pub squares: f64,
@@ -61,38 +70,38 @@ pub fn settle(
     let allowed = span * span * 10_f64.powf(-psnr / 10.0);
     // At high rates, the squared error is a twelfth of the step's square.
     let mut step = (12.0 * allowed).sqrt();
-    let (mut met, mut missed) = (None::<(Coded, f64)>, false);
-    let [mut low, mut high] = [span * 1e-9, span * 1e3];
+    let aim = psnr * (1.0 + 0.5 * NEAR);
+    // The largest step that reaches the PSNR and the smallest that does not, with theirs.
+    let (mut met, mut missed) = (None::<((f64, f64), Coded, f64)>, None::<(f64, f64)>);
     for _ in 0..TRIALS {
         let coded = frame.coded(step as f32);
         let decoded: Vec<Vec<f32>> =
             coded.quantised.iter().map(|q| frame.shared.samples(0, coded.step, q, &[])).collect();
         let Measured { squares, largest } = measure(frame, &decoded, source)?;
         drop(decoded);
+        // Without an error, rounded integers say nothing but that it is enough.
         let found = 10.0 * (span * span * samples / squares.max(f64::MIN_POSITIVE)).log10();
         if found >= psnr {
-            low = step;
-            met = Some((coded, largest));
-            if found <= psnr * (1.0 + NEAR) || high / low < 1.001 {
+            met = Some(((step, found), coded, largest));
+            if found <= psnr * (1.0 + NEAR) {
                 break;
             }
         } else {
-            (high, missed) = (step, true);
-            if high < span * 1e-7 {
+            missed = Some((step, found));
+            if step < span * FINEST {
                 break;
             }
         }
         run.advance(0)?;
-        // Twenty decibels to a factor of ten, less at low rates. Rounded integers without an error say nothing.
-        let towards = step * 10_f64.powf((found - psnr * (1.0 + 0.4 * NEAR)).clamp(-60.0, 60.0) / 17.0);
-        let inside = towards > low * 1.0001 && towards < high * 0.9999;
-        step = match (inside, missed) {
-            (true, _) => towards,
-            (false, true) => (low * high).sqrt(),
-            (false, false) => 2.0 * step,
+        step = match (&met, missed) {
+            (Some((low, ..)), Some(high)) if high.0 / low.0 < 1.0005 => break,
+            (Some((low, ..)), Some(high)) if low.1 < psnr + 20.0 => between(*low, high, aim),
+            (Some((low, ..)), Some(high)) => (low.0 * high.0).sqrt(),
+            // Twenty decibels to a factor of ten, fewer at low rates.
+            _ => step * 10_f64.powf((found - aim).clamp(-40.0, 40.0) / 17.0),
         };
     }
-    met.ok_or_else(|| {
+    met.map(|(_, coded, largest)| (coded, largest)).ok_or_else(|| {
         let problem =
             format!("`psnr = {psnr}` is beyond what single precision reaches; use `max_error`, or raw");
         EncodeError::Unsupported(problem)

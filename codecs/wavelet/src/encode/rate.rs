@@ -10,10 +10,10 @@ use crate::quantiser::rules;
 const HEADER: f64 = 2048.0;
 
 /// A size within this fraction below the budget is near enough. Limit.
-const NEAR: f64 = 0.008;
+const NEAR: f64 = 0.0095;
 
-/// A new step aims at this fraction of the budget, so that it seldom lies above.
-const AIM: f64 = 0.997;
+/// A new step aims at this fraction of the budget, in the middle of what is near enough.
+const AIM: f64 = 0.9955;
 
 /// Most trials. Bisection alone needs no more. Limit.
 const TRIALS: usize = 24;
@@ -113,8 +113,9 @@ pub fn settle(
     // The nearest steps that give too many and few enough bytes, with these.
     let (mut over, mut under) = (None::<(f64, f64)>, None::<(f64, f64)>);
     let mut best: Option<Coded> = None;
+    let mut room = Vec::new();
     for _ in 0..TRIALS {
-        let coded = frame.coded(step as f32);
+        let coded = frame.coded_in(step as f32, &mut room);
         let bytes = coded.bytes() as f64;
         if bytes <= budget {
             (under, best) = (Some((step, bytes)), Some(coded));

@@ -182,7 +182,7 @@ impl FrameDecode for Reader {
             }
         }
         // Padded lines need more room than samples.
-        let room = Shape::new(extent, shared.filter.pads()).len() as u64;
+        let room = Shape::new(extent, shared.filter.pads()).count() as u64;
         let named = |name, words: Vec<u32>| Resource { name, words: Cow::Owned(words) };
         let mut scratch = vec![Scratch { name: DECODED, words: layout.samples_per_frame() }];
         scratch.extend(BUFFERS.map(|name| Scratch { name, words: room }));

@@ -181,7 +181,7 @@ fn orthonormal(taps: &[f64], pairs: i32) -> String {
             let term = |k: usize| {
                 let at = i + back - k as i32;
                 let tap = 2 * k + parity;
-                let sign = if tap % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = if tap.is_multiple_of(2) { 1.0 } else { -1.0 };
                 let [low, high] = [2.0 * taps[tap], 2.0 * sign * taps[n - 1 - tap]].map(|tap| tap as f32);
                 format!("({low:?} * l{at}) + ({high:?} * h{at})")
             };

@@ -23,7 +23,7 @@ impl Shape {
 
     /// Number of coefficients.
     #[must_use]
-    pub const fn len(&self) -> usize {
+    pub const fn count(&self) -> usize {
         self.coefficients[0] * self.coefficients[1] * self.coefficients[2]
     }
 }
@@ -187,7 +187,7 @@ pub fn forward<T: Sample>(filter: &Prepared, data: &mut [T], shape: &Shape) {
     let area = shape.coefficients[0] * shape.coefficients[1];
     let slices = data[..area * shape.samples[2]].par_chunks_mut(area);
     slices.for_each_init(Bundle::default, |bundle, data| {
-        slice(filter, Direction::Forward, data, shape, bundle)
+        slice(filter, Direction::Forward, data, shape, bundle);
     });
     depth(filter, Direction::Forward, data, shape);
 }
@@ -198,6 +198,6 @@ pub fn inverse<T: Sample>(filter: &Prepared, data: &mut [T], shape: &Shape) {
     let area = shape.coefficients[0] * shape.coefficients[1];
     let slices = data[..area * shape.samples[2]].par_chunks_mut(area);
     slices.for_each_init(Bundle::default, |bundle, data| {
-        slice(filter, Direction::Inverse, data, shape, bundle)
+        slice(filter, Direction::Inverse, data, shape, bundle);
     });
 }

@@ -64,7 +64,7 @@ impl Prepared {
                 PreparedKernel::Lifting(steps.iter().map(|step| (*step, single(step.taps))).collect())
             }
             Kernel::Orthonormal(low) => {
-                let sign = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
                 let high: Vec<f64> = low.iter().rev().enumerate().map(|(k, tap)| sign(k) * tap).collect();
                 PreparedKernel::Orthonormal([low.to_vec(), high])
             }

@@ -40,3 +40,14 @@ fn every_target_passes() {
         settings(&[("quality", "60"), ("quant_scale", "printed"), ("filter", "haar")]),
     ]);
 }
+
+/// If a device runs the passes, wrong ones fail.
+#[test]
+fn wrong_passes_are_noticed() {
+    let notices = |filter, from, to| {
+        let settings = settings(&[("filter", filter), ("decompositions", "2")]);
+        cvr_codec_tests::device::notices_under(cvr_wavelet::codec(), &[settings], from, to);
+    };
+    notices("5-3", " + 2) >> 2u)", " + 1) >> 2u)");
+    notices("cdf-9-7", "return min(place, 2 * last - place);", "return place % (last + 1);");
+}

@@ -5,6 +5,8 @@
 mod blocks;
 mod conformance;
 mod hostile;
+mod real_volumes;
 mod resolutions;
 mod streams;
+mod targets;
 mod whole;

@@ -59,7 +59,7 @@ pub fn code<S: Side>(
         own.activity((y, z), known.parents, known.done, &mut activity);
         let start = (z * ny + y) * nx;
         let magnitudes = own.row_mut(y, z);
-        let (mut before, mut x) = (0, 0);
+        let (mut before, mut x, mut busy) = (0, 0, false);
         while x < nx {
             let end = nx.min(x + SEGMENT);
             let quiet = before == 0 && activity[x..end].iter().all(|a| *a == 0);
@@ -78,10 +78,12 @@ pub fn code<S: Side>(
                 if value != 0 {
                     out[place] = value;
                     magnitudes[i] = before;
+                    busy = true;
                 }
             }
             x = end;
         }
+        own.set_busy(y, z, busy);
     }
     Ok(own)
 }

@@ -20,6 +20,8 @@ pub fn counted(coefficient: i32) -> u16 {
 #[derive(Clone, Debug)]
 pub struct Magnitudes {
     values: Vec<u16>,
+    /// Whether a row with its border may hold something else than zeros. Sums leave out rows that do not.
+    busy: Vec<bool>,
     extent: [usize; 3],
 }
 
@@ -37,7 +39,8 @@ impl Magnitudes {
     #[must_use]
     pub fn new(extent: [usize; 3]) -> Self {
         let [x, y, z] = extent;
-        Self { values: vec![0; (x + 2) * (y + 2) * (z + 2)], extent }
+        let rows = (y + 2) * (z + 2);
+        Self { values: vec![0; (x + 2) * rows], busy: vec![false; rows], extent }
     }
 
     /// Of the coefficients of a band.
@@ -48,6 +51,7 @@ impl Magnitudes {
         for (i, row) in coefficients.chunks_exact(x.max(1)).enumerate() {
             let to = out.row_mut(i % y, i / y).iter_mut().zip(row);
             to.for_each(|(to, coefficient)| *to = counted(*coefficient));
+            out.set_busy(i % y, i / y, row.iter().any(|coefficient| *coefficient != 0));
         }
         out
     }
@@ -58,9 +62,23 @@ impl Magnitudes {
         self.extent.contains(&0)
     }
 
+    fn number(&self, y: usize, z: usize) -> usize {
+        z * (self.extent[1] + 2) + y
+    }
+
     fn place(&self, y: usize, z: usize) -> Range<usize> {
-        let (row, i) = (self.extent[0] + 2, z * (self.extent[1] + 2) + y);
+        let (row, i) = (self.extent[0] + 2, self.number(y, z));
         i * row..(i + 1) * row
+    }
+
+    /// Says whether a row holds something else than zeros.
+    pub fn set_busy(&mut self, y: usize, z: usize, busy: bool) {
+        let i = self.number(y + 1, z + 1);
+        self.busy[i] = busy;
+    }
+
+    fn is_busy(&self, rows: &[(usize, usize)]) -> bool {
+        rows.iter().any(|(y, z)| self.busy[self.number(*y, *z)])
     }
 
     /// A row with its border, whose first row and slice have number 0: row `y + 1` of slice `z + 1` holds the
@@ -85,18 +103,26 @@ impl Magnitudes {
         out: &mut [u16],
     ) {
         let (n, (y, z)) = (out.len(), row);
-        let [north, up] = [self.bordered(y, z + 1), self.bordered(y + 1, z)].map(|row| &row[..n + 2]);
-        let [up_north, up_south] = [self.bordered(y, z), self.bordered(y + 2, z)].map(|row| &row[..n + 2]);
-        for i in 0..n {
-            let edges = north[i] + north[i + 2] + up[i] + up[i + 2] + up_north[i + 1] + up_south[i + 1];
-            out[i] = NEAR * (north[i + 1] + up[i + 1]) + edges;
+        out.fill(0);
+        let rows = [(y, z + 1), (y + 1, z), (y, z), (y + 2, z)];
+        if self.is_busy(&rows) {
+            let [north, up, up_north, up_south] = rows.map(|(y, z)| &self.bordered(y, z)[..n + 2]);
+            for i in 0..n {
+                let edges = north[i] + north[i + 2] + up[i] + up[i + 2] + up_north[i + 1] + up_south[i + 1];
+                out[i] = NEAR * (north[i + 1] + up[i + 1]) + edges;
+            }
         }
         if let Some(Parents { magnitudes, first_slice }) = parents {
             // A band may have one coefficient more than twice its parent.
             let [x, py, pz] = magnitudes.extent;
-            let row = magnitudes.bordered((y / 2).min(py - 1) + 1, ((z + first_slice) / 2).min(pz - 1) + 1);
-            for (pair, parent) in out.chunks_mut(2).zip(row[1..=x].iter().chain(std::iter::repeat(&row[x]))) {
-                pair.iter_mut().for_each(|v| *v += parent);
+            let place = ((y / 2).min(py - 1) + 1, ((z + first_slice) / 2).min(pz - 1) + 1);
+            if magnitudes.is_busy(&[place]) {
+                let row = magnitudes.bordered(place.0, place.1);
+                for (pair, parent) in
+                    out.chunks_mut(2).zip(row[1..=x].iter().chain(std::iter::repeat(&row[x])))
+                {
+                    pair.iter_mut().for_each(|v| *v += parent);
+                }
             }
         }
         for other in done {
@@ -112,6 +138,9 @@ impl Magnitudes {
         }
         let n = x.min(out.len());
         let rows = [(y + 1, z + 1), (y, z + 1), (y + 2, z + 1), (y + 1, z), (y + 1, z + 2)];
+        if !self.is_busy(&rows) {
+            return;
+        }
         let [row, north, south, up, down] = rows.map(|(y, z)| &self.bordered(y, z)[..n + 2]);
         for i in 0..n {
             let around = row[i] + row[i + 2] + north[i + 1] + south[i + 1] + up[i + 1] + down[i + 1];
