@@ -159,7 +159,7 @@ fn a_run_draws_what_settings_offer_and_refuses_the_rest() {
         }
     }
     let at = |site: &str, resolution: u8| {
-        records.iter().filter(|r| r.site.to_string() == site && r.resolution == resolution).count()
+        records.iter().filter(|r| r.site == site && r.resolution == resolution).count()
     };
     assert_eq!([at("inline", 0), at("deferred", 0), at("host", 0)], [1, 4, 4]);
     assert_eq!([at("deferred", 2), at("host", 2), at("host", 3)], [3, 3, 0]);

@@ -63,7 +63,7 @@ fn coefficients(dice: &mut Dice, pyramid: &Pyramid) -> Vec<i32> {
 }
 
 /// Number of cases of each coder.
-const CASES: usize = 3000;
+const CASES: usize = 2000;
 
 /// The coders alone, over shapes of all kinds.
 #[test]
@@ -214,7 +214,7 @@ fn hostile_lengths_take_no_memory() {
         .arg(own)
         .args(["--exact", "--test-threads", "1"])
         .args(["hostile::no_chunk_makes_a_coder_panic", "hostile::no_stream_makes_a_decoder_panic"])
-        .env("RAYON_NUM_THREADS", "2")
+        .env("RAYON_NUM_THREADS", "1")
         .output()
         .unwrap();
     let text = String::from_utf8_lossy(&ran.stdout);
