@@ -45,10 +45,13 @@ enum Optics {
     Everything,
 }
 
-/// The defaults of every codec, and settings with which its snippet takes another path.
-const MORE: [(&str, &[(&str, &str)]); 3] = [
+/// The defaults of every codec, and settings with which its snippet takes another path. Settings whose volumes have no
+/// snippet are left out.
+const MORE: [(&str, &[(&str, &str)]); 5] = [
     ("tvq", &[("payload", "variable"), ("rate", "0.5")]),
     ("s3dc", &[("block", "3x5x2")]),
+    ("wavelet", &[("block", "8"), ("filter", "haar")]),
+    ("wavelet", &[("block", "16"), ("filter", "5-3")]),
     ("zfp", &[("rate", "16")]),
 ];
 
@@ -70,13 +73,16 @@ fn main() -> Outcome<()> {
         }
     }
     println!(" decode | dump | dump cells |\n|{}", "---|".repeat(2 + 2 * Filter::ALL.len() + 3));
-    for codec in names.codecs().iter().filter(|codec| codec.info().offers(Site::Inline)) {
+    for codec in names.codecs().iter() {
         let id = codec.info().id;
         if !wanted.is_empty() && !wanted.iter().any(|w| w == id) {
             continue;
         }
         let more = MORE.iter().filter(|(of, _)| *of == id).map(|(_, pairs)| *pairs);
         for pairs in [&[][..]].into_iter().chain(more) {
+            if !codec.offers(&codec.info().complete(&given(pairs))?, Site::Inline) {
+                continue;
+            }
             for channels in [1, 3] {
                 let row = Row { device: &device, codec: codec.as_ref(), pairs, channels };
                 let (cells, longest) = row.measured()?;
@@ -87,6 +93,11 @@ fn main() -> Outcome<()> {
     }
     println!("\nslowest: {:.2} s, {}", slowest.0.as_secs_f64(), slowest.1);
     Ok(())
+}
+
+/// Settings of a row.
+fn given(pairs: &[(&str, &str)]) -> Settings {
+    pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect()
 }
 
 /// One codec with its settings.
@@ -105,9 +116,7 @@ impl Row<'_> {
 
     /// The columns, and the slowest of all shaders.
     fn measured(&self) -> Outcome<(Vec<String>, (Duration, String))> {
-        let settings: Settings =
-            self.pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect();
-        let stream = encode_temporary(self.codec, &settings, &volume(self.channels)?)?;
+        let stream = encode_temporary(self.codec, &given(self.pairs), &volume(self.channels)?)?;
         let decoder = self.codec.decoder(Arc::new(stream))?;
         let decoder = decoder.as_ref();
         let (mut cells, mut slowest) = (Vec::new(), (Duration::ZERO, String::new()));

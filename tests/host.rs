@@ -36,6 +36,7 @@ mod host {
     mod real_volumes;
     mod records;
     mod report_page;
+    mod resolutions;
     mod resume;
     mod scene_combinations;
     mod schema;

@@ -26,7 +26,7 @@ use super::scenes::{
     camera, deferred, draw_by, lit, mirror_by, ring, rule, source, sums_single, textured, transfer_function,
     view,
 };
-use super::subjects::{ODD, codec, decoded, encoded, noise, settings, sweep};
+use super::subjects::{ODD, accepted, codec, decoded, encoded, noise, settings, sweep};
 
 use Projection::{Orthographic, Perspective};
 
@@ -248,7 +248,7 @@ fn every_voxel_that_comes_through_the_ring_is_what_the_cpu_decodes() {
                 continue;
             }
             let sample = samples.next().unwrap();
-            let decoder = encoded(codec.as_ref(), &settings, &noise(ODD, sample));
+            let Some(decoder) = accepted(codec.as_ref(), &settings, &noise(ODD, sample)) else { continue };
             let (decoder, cpu) = (decoder.as_ref(), decoded(decoder.as_ref()));
             let agreement = decoder.shader().unwrap().agreement();
             for camera in one_for_each_axis(decoder) {

@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use cvr::registry;
+use cvr_codec_tests::offering;
 use cvr_core::codec::{
-    Codec, ConfigError, Decoder, SettingKind, SettingValue, Settings, decode_frame, encode_temporary,
+    Codec, ConfigError, Decoder, EncodeError, SettingKind, SettingValue, Settings, Site, decode_frame,
+    encode_temporary,
 };
 use cvr_core::volume::{
     DenseVolume, Extent, FiniteVolume, FrameIndex, NoReferences, SampleType, Samples, VolumeLayout,
@@ -71,10 +73,17 @@ pub fn settings(pairs: &[(&str, &str)]) -> Settings {
     pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect()
 }
 
+/// A volume through a codec. `None` if the codec declines such volumes with these settings.
+pub fn accepted(codec: &dyn Codec, settings: &Settings, volume: &FiniteVolume) -> Option<Box<dyn Decoder>> {
+    match encode_temporary(codec, settings, volume) {
+        Err(EncodeError::Unsupported(_)) => None,
+        stream => Some(codec.decoder(Arc::new(stream.unwrap())).unwrap()),
+    }
+}
+
 /// A volume through a codec.
 pub fn encoded(codec: &dyn Codec, settings: &Settings, volume: &FiniteVolume) -> Box<dyn Decoder> {
-    let stream = encode_temporary(codec, settings, volume).unwrap();
-    codec.decoder(Arc::new(stream)).unwrap()
+    accepted(codec, settings, volume).unwrap()
 }
 
 /// The first frame on the CPU.
@@ -101,7 +110,8 @@ fn values(kind: &SettingKind) -> Vec<SettingValue> {
 }
 
 /// Settings in which every value of every setting occurs, but for contradictions. From one to the next, each setting advances by
-/// one, so settings with different numbers of values meet in new pairs. `turn` is the start.
+/// one, so settings with different numbers of values meet in new pairs. `turn` is the start. If a snippet decodes the codec with
+/// some settings, but with none of these, such settings come last.
 pub fn sweep(codec: &dyn Codec, turn: usize) -> Vec<Settings> {
     let all = codec.info().settings.iter().map(|s| (s.name, values(&s.kind)));
     let all: Vec<_> = all.filter(|(_, values)| !values.is_empty()).collect();
@@ -112,18 +122,35 @@ pub fn sweep(codec: &dyn Codec, turn: usize) -> Vec<Settings> {
         };
         without_contradiction(codec, all.iter().map(pick).collect())
     };
-    (0..count).map(nth).collect()
+    let mut all: Vec<Settings> = (0..count).map(nth).collect();
+    let inline = |settings: &Settings| codec.offers(&codec.info().complete(settings).unwrap(), Site::Inline);
+    if !all.iter().any(inline) {
+        all.extend(offering(codec, Site::Inline));
+    }
+    all
 }
 
-/// Settings that a codec accepts: the last number that a contradiction depends on has its default instead, and so on.
+/// Settings that a codec accepts: the last number that a contradiction depends on has its default instead, and so on. If there is
+/// still one, another setting has its default, the first with which there is none.
 fn without_contradiction(codec: &dyn Codec, mut settings: Settings) -> Settings {
     let info = codec.info();
+    let contradicts = |settings: &Settings| {
+        matches!(codec.encoder(&info.complete(settings).unwrap()), Err(ConfigError::Contradiction(_)))
+    };
     let numbers = info.settings.iter().rev().filter(|s| matches!(s.kind, SettingKind::Float { .. }));
     for setting in numbers {
-        if !matches!(codec.encoder(&info.complete(&settings).unwrap()), Err(ConfigError::Contradiction(_))) {
-            break;
+        if !contradicts(&settings) {
+            return settings;
         }
         settings.set(setting.name, info.default_settings().get(setting.name).unwrap().clone());
     }
-    settings
+    if !contradicts(&settings) {
+        return settings;
+    }
+    let without = info.settings.iter().map(|setting| {
+        let mut settings = settings.clone();
+        settings.set(setting.name, info.default_settings().get(setting.name).unwrap().clone());
+        settings
+    });
+    without.into_iter().find(|settings| !contradicts(settings)).unwrap_or_else(|| info.default_settings())
 }

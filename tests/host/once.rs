@@ -41,6 +41,7 @@ mod tests {
     use crate::host::combinations::source;
     use crate::host::volumes::{opened, varied};
     use cvr::registry::Names;
+    use cvr_codec_tests::offering;
     use cvr_core::codec::Site;
     use cvr_core::shader::{BindingLimits, Program, TextureSampling};
 
@@ -51,10 +52,9 @@ mod tests {
         let names = Names::new().unwrap();
         for codec in names.codecs().iter() {
             let (info, volume) = (codec.info(), varied([7, 5, 6], SampleType::U8, 1));
-            let settings = info.complete(&info.default_settings()).unwrap();
-            let decoder = opened(codec.as_ref(), &settings, &volume);
-            let sites = [Site::Inline, Site::Deferred].into_iter();
-            for site in sites.filter(|site| codec.offers(&settings, *site)) {
+            for site in [Site::Inline, Site::Deferred] {
+                let Some(settings) = offering(codec.as_ref(), site) else { continue };
+                let decoder = opened(codec.as_ref(), &settings, &volume);
                 let text = |layout: &VolumeLayout| {
                     let request = Request {
                         program: &Program::dump(cvr_shaders::DUMP),

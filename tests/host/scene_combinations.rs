@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use cvr::registry::{Names, renderer, renderers};
+use cvr_codec_tests::offering;
 use cvr_core::codec::{Decoder, Settings, Site};
 use cvr_core::render::{
     ClipBox, Filter, Light, MacrocellRanges, Pass, Pipeline, Plan, Projection, RendererInfo, Shading, Stage,
@@ -122,7 +123,8 @@ fn every_scene_of_every_renderer_is_generated_and_validated() {
         for (codec, channels) in &codecs {
             let id = codec.info().id;
             let volume = varied([17, 9, 20], SampleType::U8, *channels);
-            let settings = codec.info().complete(&codec.info().default_settings()).unwrap();
+            let default = || codec.info().complete(&codec.info().default_settings()).unwrap();
+            let settings = offering(codec.as_ref(), Site::Inline).unwrap_or_else(default);
             let decoder = opened(codec.as_ref(), &settings, &volume);
             // Pass, filter and source determine the text of a shader.
             let mut distinct: HashMap<(Pipeline, Site, String), (Filter, TextureSampling)> = HashMap::new();

@@ -5,7 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use cvr::registry::{Names, renderer};
-use cvr_core::codec::{DecodeError, Decoder, Setting, SettingKind, SettingValue, Settings, decode_stages};
+use cvr_codec_tests::offering;
+use cvr_core::codec::{
+    DecodeError, Decoder, Setting, SettingKind, SettingValue, Settings, Site, decode_stages,
+};
 use cvr_core::pipeline::parse_colour;
 use cvr_core::render::{
     Camera, Cell, ClipBox, ControlPoint, DecodedFrame, Filter, Image, MacrocellRanges, Macrocells,
@@ -16,7 +19,7 @@ use cvr_core::volume::{
     ReferenceFrames, Region, SampleType, Samples, VolumeLayout,
 };
 
-use super::volumes::{floats, opened, spaced, varied};
+use super::volumes::{declined_or_opened, floats, opened, spaced, varied};
 
 const RENDERERS: [&str; 5] = [
     "raycasting",
@@ -366,12 +369,15 @@ fn ranges_hold_every_decoded_value() {
     let mut values = 0;
     for codec in names.codecs().iter() {
         let setting = codec.info().settings.iter().find(|s| !matches!(s.kind, SettingKind::Text { .. }));
-        for choice in setting.into_iter().flat_map(values_of) {
+        let choices = setting.into_iter().flat_map(values_of).map(|choice| {
+            let mut settings = Settings::default();
+            settings.set(setting.unwrap().name, choice);
+            codec.info().complete(&settings).unwrap()
+        });
+        for settings in choices.chain(offering(codec.as_ref(), Site::Inline)) {
             for sample in [SampleType::U8, SampleType::I16, SampleType::F32] {
-                let mut settings = Settings::default();
-                settings.set(setting.unwrap().name, choice.clone());
-                let settings = codec.info().complete(&settings).unwrap();
-                let decoder = opened(codec.as_ref(), &settings, &varied([19, 8, 25], sample, 1));
+                let volume = varied([19, 8, 25], sample, 1);
+                let Ok(decoder) = declined_or_opened(codec.as_ref(), &settings, &volume) else { continue };
                 for stages in (1..codec.stages(&settings)).chain([Level::ALL_STAGES]) {
                     let name = format!("{settings} {sample}, stages {stages}");
                     values += held(decoder.as_ref(), stages, &name);

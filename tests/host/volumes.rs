@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cvr::input::{Generator, generate};
-use cvr_core::codec::{Codec, Decoder, Settings, encode_temporary};
+use cvr_core::codec::{Codec, Decoder, EncodeError, Settings, encode_temporary};
 use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 
 /// A scalar volume of single-precision values by their position.
@@ -46,9 +46,21 @@ pub fn spaced(volume: &DenseVolume, spacing: [f64; 3]) -> DenseVolume {
     DenseVolume::new(VolumeLayout { spacing, ..volume.layout().clone() }, volume.samples().clone()).unwrap()
 }
 
+/// A volume encoded and opened again. The error is the sentence in which the codec declines such volumes.
+pub fn declined_or_opened(
+    codec: &dyn Codec,
+    settings: &Settings,
+    volume: &FiniteVolume,
+) -> Result<Box<dyn Decoder>, String> {
+    match encode_temporary(codec, settings, volume) {
+        Ok(stream) => Ok(codec.decoder(Arc::new(stream)).unwrap()),
+        Err(EncodeError::Unsupported(problem)) => Err(problem),
+        Err(error) => panic!("{} {settings}: {error}", codec.info().id),
+    }
+}
+
 /// A volume encoded and opened again.
 pub fn opened(codec: &dyn Codec, settings: &Settings, volume: &FiniteVolume) -> Box<dyn Decoder> {
-    let stream = encode_temporary(codec, settings, volume)
-        .unwrap_or_else(|e| panic!("{} {settings}: {e}", codec.info().id));
-    codec.decoder(Arc::new(stream)).unwrap()
+    declined_or_opened(codec, settings, volume)
+        .unwrap_or_else(|problem| panic!("{} {settings}: {problem}", codec.info().id))
 }

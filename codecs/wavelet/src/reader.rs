@@ -8,7 +8,7 @@ use cvr_core::memory;
 use cvr_core::volume::{BrickKey, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout};
 
 use crate::decode::Shared;
-use crate::passes::Texts;
+use crate::passes::text::Texts;
 use crate::stream::parameters::{CHUNKS, LENGTHS, MOST_DECOMPOSITIONS, Parameters, STEPS};
 use crate::stream::pyramid::Pyramid;
 

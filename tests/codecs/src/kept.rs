@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use cvr_core::codec::{Codec, Progress, Settings, decode_stages, encode_file};
+use cvr_core::codec::{Codec, DecodedFrame, Progress, Settings, decode_stages, encode_file};
 use cvr_core::container::{ContainerWriter, EncodedVolume, StreamWriter as _};
-use cvr_core::volume::{FiniteVolume, FrameIndex, NoReferences, Replaced};
+use cvr_core::volume::{FiniteVolume, FrameIndex, Level, NoReferences, Replaced};
 
 /// A kept stream, and `N` numbers of stages from which it is decoded.
 #[derive(Debug)]
@@ -73,6 +73,18 @@ pub fn checksums<const N: usize>(codec: &dyn Codec, stream: EncodedVolume, stage
             let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
             crc32c::crc32c_append(crc, &bytes)
         })
+    })
+}
+
+/// CRC-32C of all decoded samples of a resolution, as little-endian singles, frame after frame.
+#[must_use]
+pub fn checksum_at(codec: &dyn Codec, stream: EncodedVolume, resolution: u8) -> u32 {
+    let decoder = codec.decoder(Arc::new(stream)).unwrap();
+    let level = Level { resolution, ..Level::FULL };
+    (0..decoder.layout().frames).map(FrameIndex).fold(0, |crc, frame| {
+        let decoded = DecodedFrame::at(decoder.as_ref(), frame, level).unwrap();
+        let bytes: Vec<u8> = decoded.values().iter().flat_map(|v| v.to_le_bytes()).collect();
+        crc32c::crc32c_append(crc, &bytes)
     })
 }
 

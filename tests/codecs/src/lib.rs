@@ -11,13 +11,36 @@ pub mod kept;
 pub mod mutated;
 pub mod real;
 
-use cvr_core::codec::{SettingValue, Settings};
+use cvr_core::codec::{Codec, SettingKind, SettingValue, Settings, Site};
 use cvr_core::volume::{DenseVolume, Extent, FiniteVolume, SampleType, Samples, VolumeLayout};
 
 /// Settings as a configuration would write them.
 #[must_use]
 pub fn settings(pairs: &[(&str, &str)]) -> Settings {
     pairs.iter().map(|(name, value)| ((*name).to_owned(), SettingValue::from(*value))).collect()
+}
+
+/// Complete settings with which a codec offers a site: its defaults if it can be, or else the first that differ from them
+/// in two of its choices at most. `None` if it never offers it.
+#[must_use]
+pub fn offering(codec: &dyn Codec, site: Site) -> Option<Settings> {
+    let info = codec.info();
+    let offers = |pairs: &[&(&str, SettingValue)]| {
+        let given = pairs.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+        let settings = info.complete(&given).unwrap();
+        (codec.offers(&settings, site) && codec.encoder(&settings).is_ok()).then_some(settings)
+    };
+    let choices = info.settings.iter().flat_map(|setting| {
+        let values: Vec<SettingValue> = match setting.kind {
+            SettingKind::OneOf(numbers) => numbers.iter().map(|n| SettingValue::Integer(*n)).collect(),
+            SettingKind::Choice(words) => words.iter().map(|w| SettingValue::from(*w)).collect(),
+            _ => Vec::new(),
+        };
+        values.into_iter().map(|value| (setting.name, value))
+    });
+    let choices: Vec<_> = choices.collect();
+    let pairs = choices.iter().flat_map(|one| choices.iter().map(move |two| [one, two]));
+    offers(&[]).or_else(|| pairs.into_iter().find_map(|pair| offers(&pair)))
 }
 
 /// Frames of bytes by position, channel and frame.

@@ -143,6 +143,19 @@ fn streams() -> Vec<(Arc<dyn Codec>, Parts)> {
         ("s3dc", &["block=4", "block=3x5x2 index_bits=8"]),
         ("tvq", &["", "payload=variable", "payload=variable psnr=60"]),
         ("vq", &["block=2", "block=4 codeword_bits=16"]),
+        (
+            "wavelet",
+            &[
+                "decompositions=2",
+                "coder=runs order=octree decompositions=2 quality=200 quant_scale=printed filter=coiflet-6",
+                "coder=deflate filter=haar decompositions=3",
+                "coder=arithmetic filter=5-3 decompositions=2",
+                "coder=zerotree filter=cdf-2-6 decompositions=2",
+                "max_error=1.5 decompositions=2",
+                "block=8 filter=haar",
+                "block=16 filter=5-3 bits_per_voxel=24",
+            ],
+        ),
         ("zfp", &["", "rate=1.1"]),
     ];
     let codecs = registry::codecs().unwrap();

@@ -1,6 +1,6 @@
 //! The inverse transform on a device: for each level one pass along z, one along y and one along x.
 
-mod text;
+pub mod text;
 
 use std::borrow::Cow;
 
@@ -10,7 +10,7 @@ use cvr_core::codec::{
 };
 use cvr_core::volume::{BrickKey, FrameIndex, Level, Region};
 
-use self::text::{PAIRS, Pass, dequantisation, module};
+use self::text::PAIRS;
 use crate::coders::corrections::Correction;
 use crate::decode::integer_step;
 use crate::quantiser::Rule;
@@ -20,25 +20,6 @@ use crate::transform::{Filter, Shape};
 /// Units in the last place of the largest sample by which a device may differ: it sums in single precision what the CPU
 /// lifts in double.
 const ULP: u32 = 64;
-
-/// The texts of a filter's passes.
-#[derive(Clone, Debug)]
-pub struct Texts {
-    bands: String,
-    axis: String,
-    last: String,
-    lll: String,
-}
-
-impl Texts {
-    /// The texts of a filter.
-    #[must_use]
-    pub fn new(filter: Filter) -> Self {
-        let [bands, axis, last] = [Pass::Bands, Pass::Axis, Pass::Last].map(|pass| module(filter, pass));
-        let lll = [include_str!("lll.wgsl"), dequantisation(filter)].concat();
-        Self { bands, axis, last, lll }
-    }
-}
 
 /// A pass, its constants and its workgroups.
 fn pass<'a>(

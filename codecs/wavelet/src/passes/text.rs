@@ -59,6 +59,29 @@ pub fn module(filter: Filter, pass: Pass) -> String {
     out
 }
 
+/// The texts of a filter's passes.
+#[derive(Clone, Debug)]
+pub struct Texts {
+    /// From the bands of a level.
+    pub bands: String,
+    /// From scratch to scratch.
+    pub axis: String,
+    /// From scratch to the frame.
+    pub last: String,
+    /// Of a frame without decompositions.
+    pub lll: String,
+}
+
+impl Texts {
+    /// The texts of a filter.
+    #[must_use]
+    pub fn new(filter: Filter) -> Self {
+        let [bands, axis, last] = [Pass::Bands, Pass::Axis, Pass::Last].map(|pass| module(filter, pass));
+        let lll = [include_str!("lll.wgsl"), dequantisation(filter)].concat();
+        Self { bands, axis, last, lll }
+    }
+}
+
 /// Where a coefficient beyond the ends of a line is read, and whether it counts.
 fn extension(extension: Extension) -> &'static str {
     match extension {

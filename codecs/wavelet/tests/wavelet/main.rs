@@ -4,5 +4,9 @@
 
 mod blocks;
 mod conformance;
+mod hostile;
 mod real_volumes;
+mod resolutions;
+mod streams;
 mod targets;
+mod whole;
