@@ -49,7 +49,7 @@ fn every_configuration_resolves() {
         ("cost-growth", 80, 32),
         ("evaluate", 567, 217),
         ("hvq", 20, 16),
-        ("peers", 150, 0),
+        ("peers", 174, 0),
         ("quickstart", 34, 11),
         ("renderers", 104, 40),
         ("ring", 18, 0),
@@ -66,6 +66,9 @@ fn every_configuration_resolves() {
         ("tvq-rate-distortion", 20, 0),
         ("volumes", 144, 0),
         ("vq", 24, 0),
+        ("wavelet-coders", 105, 0),
+        ("wavelet-filters", 56, 0),
+        ("wavelet-quantiser-scale", 20, 0),
         ("zfp", 56, 24),
     ];
     assert_eq!(counts, expected.map(|(name, cells, refused)| (name.to_owned(), cells, refused)));
