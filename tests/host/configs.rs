@@ -66,6 +66,9 @@ fn every_configuration_resolves() {
         ("tvq-rate-distortion", 20, 0),
         ("volumes", 160, 8),
         ("vq", 24, 0),
+        ("wavelet-coders", 105, 0),
+        ("wavelet-filters", 56, 0),
+        ("wavelet-quantiser-scale", 20, 0),
         ("zfp", 56, 24),
     ];
     assert_eq!(counts, expected.map(|(name, cells, refused)| (name.to_owned(), cells, refused)));
