@@ -83,7 +83,7 @@ pub fn run_with(args: &Args, names: &Names) -> Result<ExitCode, BadInput> {
     }
     let range = ValueRange { min: 0.0, max: 1.0 };
     let view = args.scene.scene()?.view(range, args.scene.filter)?;
-    let view = view.at_resolution(decoder.layout(), level.resolution);
+    let view = view.at_resolution(decoder.layout(), level.resolution, decoder.coarse_shift(level.resolution));
     let layout = decoder.layout().at_resolution(level.resolution);
     let plan = site::of(args.site).plan(renderer.as_ref(), &view, &layout)?;
     say!("{}", text(args, (&codec, decoder.as_ref(), level), &plan)?.trim_end());

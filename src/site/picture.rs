@@ -53,7 +53,8 @@ impl Target {
         voxels: &VoxelSource<'a>,
     ) -> Result<Picture<'a>, DrawError> {
         let VoxelSource { site, coded, held } = voxels.clone();
-        let view = &view.at_resolution(coded.decoder.layout(), coded.key.1.resolution);
+        let (decoder, resolution) = (coded.decoder, coded.key.1.resolution);
+        let view = &view.at_resolution(decoder.layout(), resolution, decoder.coarse_shift(resolution));
         let plan = of(site).plan(renderer, view, &coded.layout())?;
         let kind = match self {
             Self::Cpu { .. } => Kind::Mirror { renderer, view: Box::new(view.clone()) },

@@ -279,7 +279,7 @@ fn a_levels_picture_lies_where_the_volumes_does() {
         assert!(unscaled > 2.0 * own, "{size:?}: unscaled {unscaled}, as it is {own}");
         // And so its voxels.
         let error = |frame: &DecodedFrame| {
-            let brought = upsampled(frame, full.layout().extent, 1).unwrap();
+            let brought = upsampled(frame, full.layout().extent, (1, 0.0)).unwrap();
             let squares = brought.iter().zip(full.values()).map(|(a, b)| f64::from(a - b).powi(2));
             (squares.sum::<f64>() / brought.len() as f64).sqrt()
         };

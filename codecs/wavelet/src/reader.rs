@@ -174,6 +174,12 @@ impl Decoder for Reader {
         Some(self.shared.range)
     }
 
+    /// The low band lies at `2^r i + c (2^r − 1)`, where `c` is the place of the first low coefficient after one transform.
+    fn coarse_shift(&self, resolution: u8) -> f32 {
+        let part = 1.0 - 0.5_f64.powi(i32::from(resolution));
+        ((0.5 - self.shared.filter.low_centre()) * part) as f32
+    }
+
     fn decoded_form(&self) -> DecodedForm {
         if self.shared.filter.is_integer() {
             DecodedForm::of(self.layout.sample)

@@ -205,6 +205,10 @@ impl Decoder for FrameStore {
         self.decoder.rebuilds_frames()
     }
 
+    fn coarse_shift(&self, resolution: u8) -> f32 {
+        self.decoder.coarse_shift(resolution)
+    }
+
     fn value_range(&self, key: BrickKey) -> Option<ValueRange> {
         self.decoder.value_range(key)
     }

@@ -158,6 +158,13 @@ pub trait Decoder: Send + Sync + Debug {
         None
     }
 
+    /// How far voxels of a resolution are drawn before the place that they stand for, in voxels of the resolution along
+    /// every axis. 0 if voxel `i` stands for the middle of the voxels `i · 2^r .. (i + 1) · 2^r`. A filter may have
+    /// another middle.
+    fn coarse_shift(&self, _resolution: u8) -> f32 {
+        0.0
+    }
+
     /// The smallest texel format that holds decoded values without loss.
     fn decoded_form(&self) -> DecodedForm {
         DecodedForm::FLOAT32

@@ -1,26 +1,34 @@
 //! A lower resolution of a volume, drawn at the volume's size.
 //!
 //! Voxel `i` of resolution `r` covers the volume's voxels `i · 2^r .. (i + 1) · 2^r` along each axis. Its centre lies
-//! at `(i + ½) · 2^r`, even if the volume ends before. All scale factors are powers of two, so scaling is exact:
-//! pictures of all resolutions have the same box, camera and step.
+//! at `(i + ½) · 2^r`, even if the volume ends before, unless its codec shifts it ([`crate::codec::Decoder::coarse_shift`]).
+//! All scale factors are powers of two, so scaling is exact: pictures of all resolutions have the same camera and step,
+//! and the same box, which ends where shifted voxels do.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::{Camera, RayFrame};
 use crate::volume::{Extent, Level, VolumeLayout};
 
 /// The volume whose lower resolution is drawn.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+#[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Coarse {
     extent: Extent,
     resolution: u8,
+    shift: f32,
 }
 
 impl Coarse {
-    /// A resolution of a volume of this shape. `None` for the full resolution.
+    /// A resolution of a volume of this shape, whose voxels are shifted. `None` for the full resolution.
     #[must_use]
-    pub fn of(volume: &VolumeLayout, resolution: u8) -> Option<Self> {
-        (resolution > 0).then_some(Self { extent: volume.extent, resolution })
+    pub fn of(volume: &VolumeLayout, resolution: u8, shift: f32) -> Option<Self> {
+        (resolution > 0).then_some(Self { extent: volume.extent, resolution, shift })
+    }
+
+    /// A corner of a box of the volume, in voxel coordinates of the resolution, which has `voxels`.
+    pub(super) fn corner(&self, corner: Vec3, voxels: Extent) -> Vec3 {
+        let most = Vec3::from_array(voxels.to_array().map(|n| n as f32));
+        (corner / self.scale() + self.shift).clamp(Vec3::ZERO, most)
     }
 
     /// Voxels of the volume.
@@ -43,7 +51,7 @@ impl Coarse {
         let rays = camera.rays(&volume, size);
         let scale = self.scale();
         RayFrame {
-            origin: rays.origin / scale,
+            origin: rays.origin / scale + self.shift,
             origin_right: rays.origin_right / scale,
             origin_up: rays.origin_up / scale,
             direction: rays.direction / scale,

@@ -8,11 +8,16 @@ use crate::memory::{self, OutOfMemory};
 use crate::volume::{Extent, Level};
 
 /// A frame of a lower resolution, sampled at every voxel centre of its volume (`extent` voxels) with the filter
-/// *linear*. Voxel errors of a resolution compare the volume with this.
+/// *linear*. Its voxels have a shift ([`crate::codec::Decoder::coarse_shift`]). Voxel errors of a resolution compare the
+/// volume with this.
 ///
 /// # Errors
 /// When there is no memory for it.
-pub fn upsampled(frame: &DecodedFrame, extent: Extent, resolution: u8) -> Result<Vec<f32>, OutOfMemory> {
+pub fn upsampled(
+    frame: &DecodedFrame,
+    extent: Extent,
+    (resolution, shift): (u8, f32),
+) -> Result<Vec<f32>, OutOfMemory> {
     let channels = frame.layout().channels as usize;
     let coarse = frame.layout().extent;
     let samples = extent.voxels() * channels as u64;
@@ -23,7 +28,7 @@ pub fn upsampled(frame: &DecodedFrame, extent: Extent, resolution: u8) -> Result
     let [x, y, z] = [0, 1, 2].map(|a| {
         let last = i64::from(coarse.to_array()[a]) - 1;
         let around = |i: u32| {
-            let at = (i as f32 + 0.5) / scale - 0.5;
+            let at = (i as f32 + 0.5) / scale - 0.5 + shift;
             let below = at.floor() as i64;
             let clamped = |i: i64| i.clamp(0, last) as u32;
             (clamped(below), clamped(below + 1), at - at.floor())

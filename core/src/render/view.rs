@@ -108,10 +108,11 @@ impl View {
         self.macrocells.as_deref().filter(|_| !by_table)
     }
 
-    /// The same view of a volume of this shape, drawn from one of its resolutions. Macrocells are the resolution's.
+    /// The same view of a volume of this shape, drawn from one of its resolutions, whose voxels have a shift
+    /// ([`crate::codec::Decoder::coarse_shift`]). Macrocells are the resolution's.
     #[must_use]
-    pub fn at_resolution(&self, volume: &VolumeLayout, resolution: u8) -> Self {
-        Self { coarse: Coarse::of(volume, resolution), ..self.clone() }
+    pub fn at_resolution(&self, volume: &VolumeLayout, resolution: u8, shift: f32) -> Self {
+        Self { coarse: Coarse::of(volume, resolution, shift), ..self.clone() }
     }
 
     /// The rays of the picture, in coordinates of the drawn voxels, whose shape is `layout`.
@@ -130,7 +131,7 @@ impl View {
         let clip = self.clip.unwrap_or(ClipBox::WHOLE);
         match &self.coarse {
             None => clip.corners(extent),
-            Some(coarse) => clip.corners(coarse.extent()).map(|corner| corner / coarse.scale()),
+            Some(coarse) => clip.corners(coarse.extent()).map(|corner| coarse.corner(corner, extent)),
         }
     }
 

@@ -136,7 +136,7 @@ fn decode(
         let layout = decoder.layout();
         memory::check(single_bytes(layout), || format!("the original frame of {} voxels", layout.extent))
             .map_err(|e| e.to_string())?;
-        frame_errors.push(comparison.add_frame(&of_full_size(&decoded, layout, level)?));
+        frame_errors.push(comparison.add_frame(&of_full_size(decoder, &decoded, level)?));
         outside = outside.or_else(|| outside_promise(decoder, (frame, level), decoded.values()));
         if frame == FrameIndex::FIRST {
             first = Some(decoded);
@@ -147,16 +147,17 @@ fn decode(
     Ok(Decoded { frame, decode_seconds, error, frame_errors, histogram: Arc::new(histogram), outside })
 }
 
-/// The values of a frame at a level, resampled to the size of its volume, whose layout is given.
+/// The values of a frame at a level, resampled to the size of its volume.
 fn of_full_size<'a>(
+    decoder: &dyn Decoder,
     decoded: &'a DecodedFrame,
-    layout: &VolumeLayout,
     level: Level,
 ) -> Result<Cow<'a, [f32]>, String> {
     if level.resolution == 0 {
         return Ok(Cow::Borrowed(decoded.values()));
     }
-    upsampled(decoded, layout.extent, level.resolution).map(Cow::Owned).map_err(|e| e.to_string())
+    let place = (level.resolution, decoder.coarse_shift(level.resolution));
+    upsampled(decoded, decoder.layout().extent, place).map(Cow::Owned).map_err(|e| e.to_string())
 }
 
 /// A message about a value of a frame outside the range that the decoder promises.
@@ -188,7 +189,7 @@ impl Encoded {
     /// A sentence, when it cannot be decoded.
     pub fn frame_of_full_size(&self, frame: FrameIndex) -> Result<Arc<DecodedFrame>, String> {
         let (decoded, layout) = (self.frame(frame)?, self.decoder.layout());
-        match of_full_size(&decoded, layout, self.level)? {
+        match of_full_size(self.decoder.as_ref(), &decoded, self.level)? {
             Cow::Borrowed(_) => Ok(decoded),
             Cow::Owned(values) => {
                 let full = DecodedFrame::new(layout.clone(), values);

@@ -183,6 +183,17 @@ impl Filter {
         }
     }
 
+    /// Where low coefficient 0 lies among the samples of its line: the mean place of its weights.
+    #[must_use]
+    pub fn low_centre(self) -> f64 {
+        match (self.extension(), self.kernel()) {
+            (_, Kernel::Orthonormal(taps)) => taps.iter().enumerate().map(|(k, tap)| k as f64 * tap).sum(),
+            // Low coefficients of filters of even length lie between two samples, all others on one.
+            (Extension::Periodic | Extension::HalfSample, _) => 0.5,
+            (Extension::Symmetric, _) => 0.0,
+        }
+    }
+
     /// The factor by which one transform multiplies a constant line of more than one sample.
     #[must_use]
     pub const fn low_gain(self) -> f64 {
