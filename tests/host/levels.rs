@@ -257,7 +257,7 @@ fn a_levels_picture_lies_where_the_volumes_does() {
         };
         let (full, low) = (at(0), at(1));
         let reference = draw(&plain, &full);
-        let coarse = plain.at_resolution(full.layout(), 1);
+        let coarse = plain.at_resolution(full.layout(), 1, 0.0);
         let own = distance(&draw(&coarse, &low), &reference);
         // For each level voxel, the next voxel above its own: half a level voxel, for even and odd sizes.
         let shifted = {

@@ -65,10 +65,10 @@ pub fn settle(
     let (bound, reach) = if integers { (bound.floor(), bound.floor() + 0.5) } else { (bound, bound) };
     let unit = f64::from(shared.correction.unwrap_or(1.0));
     let mut best: Option<(Coded, f64)> = None;
+    let mut room = Vec::new();
     for factor in STEPS {
-        let mut coded = frame.coded((factor * reach) as f32);
-        let mut decoded: Vec<Vec<f32>> =
-            coded.quantised.iter().map(|q| shared.transformed(0, coded.step, q)).collect();
+        let mut coded = frame.coded_in((factor * reach) as f32, &mut room);
+        let mut decoded: Vec<Vec<f32>> = room.iter().map(|q| shared.transformed(0, coded.step, q)).collect();
         let corrections = corrections_of(frame, (bound, unit), &decoded, source)?;
         for ((chunks, decoded), corrections) in coded.channels.iter_mut().zip(&mut decoded).zip(&corrections)
         {

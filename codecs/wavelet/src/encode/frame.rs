@@ -29,8 +29,6 @@ pub struct Coded {
     pub step: f32,
     /// Chunks of each channel.
     pub channels: Vec<Vec<Vec<u8>>>,
-    /// Quantised coefficients of each channel.
-    pub quantised: Vec<Vec<i32>>,
 }
 
 impl Coded {
@@ -72,12 +70,10 @@ impl<'a> Frame<'a> {
     /// The frame under a step: the squared error of a sample is about a twelfth of its square.
     #[must_use]
     pub fn coded(&self, step: f32) -> Coded {
-        let mut quantised = Vec::new();
-        let coded = self.coded_in(step, &mut quantised);
-        Coded { quantised, ..coded }
+        self.coded_in(step, &mut Vec::new())
     }
 
-    /// The same, without quantised coefficients: they stay in `room`, which the next call may use again.
+    /// The same. `room` gets the quantised coefficients of each channel. The next call may use it again.
     #[must_use]
     pub fn coded_in(&self, step: f32, room: &mut Vec<Vec<i32>>) -> Coded {
         room.resize(self.channels.len(), Vec::new());
@@ -86,7 +82,7 @@ impl<'a> Frame<'a> {
             quantised.resize(coefficients.len(), 0);
             self.shared.code(coefficients, step, quantised)
         };
-        Coded { step, channels: pairs.map(code).collect(), quantised: Vec::new() }
+        Coded { step, channels: pairs.map(code).collect() }
     }
 
     /// A frame of a constant volume, under a step so large that its coefficients are all small. With a bound, no sample
@@ -107,7 +103,7 @@ impl<'a> Frame<'a> {
         let coder = self.shared.coding.coder();
         let channels = self.channels.iter().map(|plane| coder.encode(&self.shared.pyramid, &integers(plane)));
         // Under a step of 0, all steps of the reversible filter are 1.
-        Coded { step: 0.0, channels: channels.collect(), quantised: Vec::new() }
+        Coded { step: 0.0, channels: channels.collect() }
     }
 }
 

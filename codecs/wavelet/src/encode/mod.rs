@@ -27,7 +27,7 @@ pub struct WaveletEncoder {
 impl Encoder for WaveletEncoder {
     /// Coefficients before and after quantisation, and samples to compare with.
     fn scratch_bytes(&self, layout: &VolumeLayout) -> u64 {
-        12 * layout.samples_per_frame()
+        16 * layout.samples_per_frame()
     }
 
     fn encode(
@@ -84,7 +84,7 @@ impl Encoder for WaveletEncoder {
                     (found.0, Some(found.1))
                 }
             };
-            let (Coded { step, channels, .. }, own_error) = coded;
+            let (Coded { step, channels }, own_error) = coded;
             error = own_error.map(|own| error.unwrap_or(0.0).max(own));
             for chunks in channels {
                 steps.push(step.to_bits());

@@ -73,10 +73,11 @@ pub fn settle(
     let aim = psnr * (1.0 + 0.5 * NEAR);
     // The largest step that reaches the PSNR and the smallest that does not, with theirs.
     let (mut met, mut missed) = (None::<((f64, f64), Coded, f64)>, None::<(f64, f64)>);
+    let mut room = Vec::new();
     for _ in 0..TRIALS {
-        let coded = frame.coded(step as f32);
+        let coded = frame.coded_in(step as f32, &mut room);
         let decoded: Vec<Vec<f32>> =
-            coded.quantised.iter().map(|q| frame.shared.samples(0, coded.step, q, &[])).collect();
+            room.iter().map(|q| frame.shared.samples(0, coded.step, q, &[])).collect();
         let Measured { squares, largest } = measure(frame, &decoded, source)?;
         drop(decoded);
         // Without an error, rounded integers say nothing but that it is enough.
