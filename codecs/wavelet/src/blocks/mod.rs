@@ -1,8 +1,8 @@
 //! Blocks that are transformed on their own, so that a shader decodes any voxel.
 //!
-//! README.md specifies the stream. An encoder reads blocks ([`rows`]), transforms ([`lift`]) and quantises them
-//! ([`quantise`]), sorts the places of a group into classes ([`classes`]) and writes them ([`write`]). [`target`] finds
-//! the step. [`decode`] and its twins in WGSL read voxels; [`reader`] checks a stream once.
+//! README.md specifies the stream. An encoder reads blocks (`rows`), transforms (`lift`) and quantises them
+//! (`quantise`), sorts the places of a group into classes (`classes`) and writes them (`write`). `target` finds
+//! the step. [`decode`] and its twins in WGSL read voxels; `reader` checks a stream once.
 
 mod bits;
 mod classes;
