@@ -57,9 +57,9 @@ fn lossless_blocks_lose_nothing() {
 #[test]
 fn constant_blocks_cost_their_entries() {
     for method in METHODS {
-        for target in ["lossless", "rate", "psnr", "max_error"] {
+        for (target, value) in [("lossless", ""), ("rate", "8"), ("psnr", "2"), ("max_error", "2")] {
             let volume = bytes([33, 17, 9], 3, 2, |_, _, _| 77);
-            let stream = encoded(&volume, &of(method, target, "2")).unwrap();
+            let stream = encoded(&volume, &of(method, target, value)).unwrap();
             assert!(decoded(&stream).iter().all(|v| *v == 77.0));
             let words = |name| stream.tensor(name, Element::U32).map_or(0, |tensor| tensor.words().len());
             let edge: u32 = method.1.parse().unwrap();
@@ -72,7 +72,7 @@ fn constant_blocks_cost_their_entries() {
 #[test]
 fn the_parameters_say_that_these_are_blocks() {
     let stream =
-        encoded(&bytes([9, 8, 5], 1, 1, |p, _, _| hash(p, 1)), &of(METHODS[2], "rate", "3")).unwrap();
+        encoded(&bytes([9, 8, 5], 1, 1, |p, _, _| hash(p, 1)), &of(METHODS[2], "psnr", "30")).unwrap();
     assert_eq!(stream.spec().parameters["mode"], "blocks");
     assert_eq!(stream.spec().parameters["filter"], "5-3");
     assert_eq!(stream.parameters::<Parameters>().unwrap().steps.len(), 3);

@@ -20,7 +20,7 @@ fn passes(method: (&str, &str), targets: &[(&str, &str)]) {
 
 #[test]
 fn haar_in_blocks_of_8_passes() {
-    passes(METHODS[0], &[("rate", "4"), ("max_error", "3.5")]);
+    passes(METHODS[0], &[("rate", "40"), ("max_error", "3.5")]);
 }
 
 #[test]
@@ -30,7 +30,7 @@ fn haar_in_blocks_of_16_passes() {
 
 #[test]
 fn five_three_in_blocks_of_8_passes() {
-    passes(METHODS[2], &[("rate", "1.5")]);
+    passes(METHODS[2], &[("psnr", "30")]);
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn five_three_in_blocks_of_16_passes() {
 
 #[test]
 fn wrong_snippets_are_noticed() {
-    let notices = |method, from, to| notices_under(Arc::new(Blocks), &[of(method, "rate", "6")], from, to);
+    let notices = |method, from, to| notices_under(Arc::new(Blocks), &[of(method, "psnr", "50")], from, to);
     notices(METHODS[0], "let second = low - (high >> 1u);", "let second = low - (high / 2);");
     notices(METHODS[3], "return (before + after + 2) >> 2u;", "return (before + after + 1) >> 2u;");
 }
