@@ -1,12 +1,13 @@
 //! The decoder: it decodes whole frames with the command in the stream, if that command is trusted.
 
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use cvr_core::codec::{DecodeError, DecodedForm, Decoder, check_key, check_stream};
+use cvr_core::codec::{
+    DecodeError, DecodedForm, DecodedFrame, Decoder, LatestFrame, check_key, check_stream,
+};
 use cvr_core::container::{Element, EncodedVolume, Tensor};
 use cvr_core::memory::{self, Held};
-use cvr_core::volume::{BrickKey, FrameIndex, ReferenceFrames, SampleType, VolumeLayout};
+use cvr_core::volume::{BrickKey, FrameIndex, Level, ReferenceFrames, SampleType, VolumeLayout};
 use serde::{Deserialize, Serialize};
 
 use crate::command::{Command, Field};
@@ -34,13 +35,6 @@ pub struct Parameters {
     pub lengths: Vec<u64>,
 }
 
-/// A decoded frame.
-#[derive(Debug)]
-struct Frame {
-    values: Vec<f32>,
-    _held: Held,
-}
-
 /// Decodes a stream of `external`.
 #[derive(Debug)]
 pub struct ExternalDecoder {
@@ -51,7 +45,7 @@ pub struct ExternalDecoder {
     /// Start of each compressed file, and the end of the last.
     starts: Vec<usize>,
     /// The frame used last. All bricks of a frame share one run of the command, in any thread.
-    latest: Mutex<Option<(FrameIndex, Arc<Frame>)>>,
+    latest: LatestFrame,
 }
 
 impl ExternalDecoder {
@@ -81,25 +75,11 @@ impl ExternalDecoder {
             *at += *n as usize;
             Some(*at)
         }));
-        Ok(Self { layout, command, sample, streams, starts, latest: Mutex::new(None) })
-    }
-
-    fn frame(&self, frame: FrameIndex) -> Result<Arc<Frame>, DecodeError> {
-        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((at, values)) = &*latest
-            && *at == frame
-        {
-            return Ok(values.clone());
-        }
-        // Two frames at a time are one too many.
-        *latest = None;
-        let decoded = Arc::new(self.decoded(frame)?);
-        *latest = Some((frame, decoded.clone()));
-        Ok(decoded)
+        Ok(Self { layout, command, sample, streams, starts, latest: LatestFrame::default() })
     }
 
     /// A whole frame, channels interleaved.
-    fn decoded(&self, frame: FrameIndex) -> Result<Frame, DecodeError> {
+    fn decoded(&self, frame: FrameIndex) -> Result<DecodedFrame, DecodeError> {
         let channels = self.layout.channels as usize;
         let field = Field { extent: self.layout.extent, sample: self.sample };
         let failed = |problem: String| DecodeError::Failed(problem);
@@ -133,7 +113,9 @@ impl ExternalDecoder {
                 return Err(failed(format!("`{}` wrote a sample of {value}", self.command.text())));
             }
         }
-        Ok(Frame { values: frame_values, _held: held })
+        drop(held);
+        DecodedFrame::new(self.layout.clone(), frame_values)
+            .ok_or_else(|| failed("a frame of another size than its volume".to_owned()))
     }
 }
 
@@ -149,15 +131,8 @@ impl Decoder for ExternalDecoder {
         out: &mut [f32],
     ) -> Result<(), DecodeError> {
         check_key(&self.layout, key)?;
-        let channels = self.layout.channels as usize;
-        let samples = key.region.extent.voxels() as usize * channels;
-        assert_eq!(out.len(), samples, "output of the wrong size");
-        let frame = self.frame(key.frame)?;
-        let row = key.region.extent.x() as usize * channels;
-        for (start, out) in key.region.rows().zip(out.chunks_exact_mut(row)) {
-            let first = self.layout.extent.index(start) * channels;
-            out.copy_from_slice(&frame.values[first..first + row]);
-        }
+        let frame = self.latest.get((key.frame, Level::FULL), || self.decoded(key.frame))?;
+        frame.copy_region(key.region, out);
         Ok(())
     }
 

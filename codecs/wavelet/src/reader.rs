@@ -1,8 +1,10 @@
 //! A checked stream of whole volumes.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-use cvr_core::codec::{DecodeError, DecodedForm, DecodedFrame, Decoder, FrameDecode, check_key_at};
+use cvr_core::codec::{
+    DecodeError, DecodedForm, DecodedFrame, Decoder, FrameDecode, LatestFrame, check_key_at,
+};
 use cvr_core::container::{Element, EncodedVolume, Tensor};
 use cvr_core::memory;
 use cvr_core::volume::{BrickKey, FrameIndex, Level, ReferenceFrames, ValueRange, VolumeLayout};
@@ -23,16 +25,9 @@ pub struct Reader {
     /// Steps of all frames and channels.
     pub(crate) steps: Vec<f32>,
     /// The frame used last. All boxes of a frame share its transform.
-    latest: Mutex<Option<Latest>>,
+    latest: LatestFrame,
     /// Of the passes on a device.
     pub(crate) texts: Texts,
-}
-
-/// A decoded frame, with its number and resolution.
-#[derive(Debug)]
-struct Latest {
-    key: (FrameIndex, u8),
-    frame: Arc<DecodedFrame>,
 }
 
 impl Reader {
@@ -83,7 +78,7 @@ impl Reader {
             return corrupt(format!("a step of {step}"));
         }
         let texts = Texts::new(filter);
-        Ok(Self { layout, shared, chunks, starts, steps, latest: Mutex::new(None), texts })
+        Ok(Self { layout, shared, chunks, starts, steps, latest: LatestFrame::default(), texts })
     }
 
     /// Number of resolutions, the full one included.
@@ -103,18 +98,10 @@ impl Reader {
         starts.windows(2).map(|ends| &self.chunks.bytes()[ends[0]..ends[1]]).collect()
     }
 
-    /// The whole frame at a resolution. Frames that are decoded at the same time wait for each other.
+    /// The whole frame at a resolution.
     fn frame(&self, frame: FrameIndex, resolution: u8) -> Result<Arc<DecodedFrame>, DecodeError> {
-        let (mut latest, key) =
-            (self.latest.lock().unwrap_or_else(PoisonError::into_inner), (frame, resolution));
-        if let Some(kept) = latest.as_ref().filter(|kept| kept.key == key) {
-            return Ok(kept.frame.clone());
-        }
-        // Two frames at a time are one too many.
-        *latest = None;
-        let frame = Arc::new(self.decoded(frame, resolution)?);
-        *latest = Some(Latest { key, frame: frame.clone() });
-        Ok(frame)
+        let level = Level { resolution, ..Level::FULL };
+        self.latest.get((frame, level), || self.decoded(frame, resolution))
     }
 
     fn decoded(&self, frame: FrameIndex, resolution: u8) -> Result<DecodedFrame, DecodeError> {

@@ -1,7 +1,7 @@
 //! Decodes voxels and cells from the bits of their blocks. The twin of decode.wgsl, function for function. This code
 //! defines the codec.
 
-use cvr_core::kit::{FetchVoxels, Voxel, fill_from_blocks};
+use cvr_core::kit::{FetchVoxels, Voxel, fill_from_blocks, number};
 use cvr_core::render::Cell;
 use cvr_core::volume::Region;
 
@@ -37,16 +37,7 @@ pub struct Block {
 /// `count` bits (at most 32) of a block, from bit `at` on. All must belong to the block.
 #[inline]
 fn take(words: &[u32], place: Place, at: u32, count: u32) -> u32 {
-    if count == 0 {
-        return 0;
-    }
-    let bit = place.bit + at;
-    let (word, shift) = (place.word + (bit >> 5) as usize, bit & 31);
-    let mut bits = words[word] >> shift;
-    if shift + count > 32 {
-        bits |= words[word + 1] << (32 - shift);
-    }
-    bits & (u32::MAX >> (32 - count))
+    number(words, place.word, place.bit + at, count)
 }
 
 /// Bit planes, the lowest first in the result. They are read from the highest down until the block's bits end. Bit `i`

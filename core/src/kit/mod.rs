@@ -7,6 +7,7 @@
 //! [`code_frame`], and measures its errors with [`Measured`]. A codec whose blocks are records of one length needs only
 //! a [`BlockCodec`].
 
+mod bits;
 mod blocks;
 mod frame;
 mod grid;
@@ -18,6 +19,7 @@ mod row;
 mod slabs;
 mod voxels;
 
+pub use bits::number;
 pub use blocks::{BlockCodec, CodecOfBlocks};
 pub use frame::BlockFrame;
 pub use grid::BlockGrid;

@@ -40,23 +40,6 @@ impl Bits {
     }
 }
 
-/// The number of `width` bits, at most 32, that begins at bit `bit` from word `first` on.
-///
-/// # Panics
-/// When it lies outside.
-#[inline]
-pub fn take(words: &[u32], first: usize, bit: u32, width: u32) -> u32 {
-    if width == 0 {
-        return 0;
-    }
-    let (word, shift) = (first + (bit >> 5) as usize, bit & 31);
-    let mut number = words[word] >> shift;
-    if shift + width > 32 {
-        number |= words[word + 1] << (32 - shift);
-    }
-    number & (u32::MAX >> (32 - width))
-}
-
 /// Bits of a number.
 #[inline]
 pub const fn width_of(number: u32) -> u32 {
@@ -65,6 +48,8 @@ pub const fn width_of(number: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use cvr_core::kit::number;
+
     use super::*;
 
     #[test]
@@ -79,10 +64,9 @@ mod tests {
             bytes.chunks_exact(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect();
         let mut bit = 0;
         for (n, width) in numbers {
-            assert_eq!(take(&words, 0, bit, width), n, "bit {bit}, {width} bits");
+            assert_eq!(number(&words, 0, bit, width), n, "bit {bit}, {width} bits");
             bit += width;
         }
-        assert_eq!(take(&words, 0, u32::MAX, 0), 0, "no bits are read nowhere");
     }
 
     #[test]

@@ -9,11 +9,11 @@ use cvr_core::render::Cell;
 use cvr_core::volume::Region;
 
 use self::group::{ALL, Group, Record};
-use super::bits::take;
 use super::lift::inverse;
 use super::shape::{CHILD_PLACES, KIND, ROOT_PLACES, SLOT, Shape, for_places, levels, place_of};
 use super::write::CHILD_BITS;
 use super::{Filter, shape};
+use cvr_core::kit::number as take;
 
 /// The bit of a table's entry that says that the rest is a low-pass coefficient.
 pub const CONSTANT: u32 = 0x8000_0000;

@@ -6,8 +6,8 @@ fn wavelet_correction(before: i32, after: i32) -> i32 {
     return (before + after + 2) >> 2u;
 }
 
-// Two neighbouring samples, of which the first is sample `t` of a line with `m` coefficients of each half. Low-pass
-// coefficients from t / 2 on, high-pass ones from one before.
+// Samples `t` and `t + 1` of a line. Each half of the line has `m` coefficients. `low` are low-pass
+// coefficients from t / 2 on. `high` are high-pass ones from one before.
 fn wavelet_pair(low: vec2<i32>, high: vec3<i32>, t: u32, m: u32) -> vec2<i32> {
     let i = t >> 1u;
     let before = select(high.x, high.y, i == 0u);
@@ -17,7 +17,7 @@ fn wavelet_pair(low: vec2<i32>, high: vec3<i32>, t: u32, m: u32) -> vec2<i32> {
     return select(vec2<i32>(even, odd), vec2<i32>(odd, next), (t & 1u) == 1u);
 }
 
-// Samples of a level from `t` on, of which `size` says along which axes there are two. `low` are those of the level
+// Samples of a level from `t` on. Along each axis there are `size` of them, one or two. `low` are those of the level
 // before, from `from` on.
 fn wavelet_window(
     head: wavelet_Head, root: wavelet_Group, level: u32, low: array<i32, 8>, t: vec3<u32>, size: vec3<u32>,

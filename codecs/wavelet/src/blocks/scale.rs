@@ -34,7 +34,7 @@ impl Scale {
             };
             return Self { fraction, low: range.min as i32, high: range.max as i32, offset: 0.0, unit: 1.0 };
         }
-        // A power of two of which the range holds at most 2^22; a normal number, so that no device flushes it.
+        // A power of two. The range holds at most 2^22 of it. It is a normal number, so no device flushes it.
         let bits = range.span().max(f64::MIN_POSITIVE).log2().ceil() as i32 - FLOAT_BITS;
         let unit = 2_f64.powi(bits.max(-126));
         // A multiple of the unit: values are 0 or at least a unit.

@@ -176,8 +176,8 @@ impl Search<'_> {
         })
     }
 
-    /// The nearest steps of which one meets the target and the other misses it; twice the same if that is near enough, or
-    /// if all steps meet it. `met` says whether a step meets it, and whether it is near enough. `small` says whether small
+    /// Two neighbouring steps: one meets the target, the other misses it. Both are the same step if it is near enough, or if
+    /// all steps meet the target. `met` says whether a step meets it, and whether it is near enough. `small` says whether small
     /// steps meet it. An error is the step at the end that should have met it.
     fn border(
         &self,

@@ -6,10 +6,10 @@ mod frame;
 mod psnr;
 mod rate;
 
-use cvr_core::codec::{EncodeError, EncodeReport, Encoder, Progress};
+use cvr_core::codec::{Block, EncodeError, EncodeReport, Encoder, Progress};
 use cvr_core::container::{Element, StreamWriter};
+use cvr_core::kit::value_range;
 use cvr_core::volume::{BrickSource, Extent, FrameIndex, Region, ValueRange, VolumeLayout};
-use rayon::prelude::*;
 
 pub use self::blocks::BlockEncoder;
 use self::frame::{Coded, Frame};
@@ -48,7 +48,7 @@ impl Encoder for WaveletEncoder {
                 format!("a frame of {} has more than 2³¹ − 1 samples; cut it into bricks", layout.extent);
             return Err(EncodeError::Unsupported(problem));
         }
-        let range = range_of(source)?;
+        let range = value_range(source, Block(Extent::cube(SLAB).unwrap_or(Extent::ONE)), run)?;
         refuse_extremes(range)?;
         let mut shared = Shared {
             filter: options.filter,
@@ -155,16 +155,4 @@ fn for_slabs(
         take(&values);
     }
     Ok(())
-}
-
-/// The range of the whole volume.
-fn range_of(source: &dyn BrickSource) -> Result<ValueRange, EncodeError> {
-    let mut range: Option<ValueRange> = None;
-    for frame in (0..source.layout().frames).map(FrameIndex) {
-        for_slabs(source, frame, |values| {
-            let parts = values.par_chunks(1 << 16).filter_map(|part| ValueRange::of(part.iter().copied()));
-            range = range.into_iter().chain(parts.reduce_with(ValueRange::union)).reduce(ValueRange::union);
-        })?;
-    }
-    Ok(range.unwrap_or(ValueRange { min: 0.0, max: 0.0 }))
 }

@@ -9,8 +9,8 @@ use crate::blocks::shape::levels;
 /// Slots that are high-pass along x, along y and along z.
 const HIGH: [u32; 3] = [0x59, 0x6a, 0x74];
 
-/// Two neighbouring samples, of which the first is sample `t` of a line with `m` coefficients of each half. Low-pass
-/// coefficients from `t / 2` on, high-pass ones from one before.
+/// Samples `t` and `t + 1` of a line. Each half of the line has `m` coefficients. `low` are low-pass
+/// coefficients from `t / 2` on. `high` are high-pass ones from one before.
 #[inline]
 const fn pair(low: [i32; 2], high: [i32; 3], t: u32, m: u32) -> [i32; 2] {
     let i = t >> 1;
@@ -21,7 +21,7 @@ const fn pair(low: [i32; 2], high: [i32; 3], t: u32, m: u32) -> [i32; 2] {
     if t & 1 == 1 { [odd, next] } else { [even, odd] }
 }
 
-/// Samples of a level from `t` on, of which `size` says along which axes there are two. `low` are those of the level
+/// Samples of a level from `t` on. Along each axis there are `size` of them, one or two. `low` are those of the level
 /// before.
 fn window(
     head: &Head<'_>,

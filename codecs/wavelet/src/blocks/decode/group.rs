@@ -1,9 +1,9 @@
 //! The classes of a group of places: where each record lies, and its coefficients.
 
-use crate::blocks::bits::take;
 use crate::blocks::classes::FORMAT_BITS;
 use crate::blocks::shape::KIND;
 use crate::blocks::write::CODE_BITS;
+use cvr_core::kit::number as take;
 
 /// All slots.
 pub const ALL: u32 = 0x7f;

@@ -229,7 +229,7 @@ impl Coder for Contexts {
     }
 }
 
-/// Reads the first chunk, of which `levels` are asked for. `whole`: these are all its levels.
+/// Reads `levels` levels of the first chunk. `whole`: it has no more.
 fn read_first(
     pyramid: &Pyramid,
     levels: usize,
